@@ -1,0 +1,1 @@
+"""The papers' experiments and the touch benchmark, as commands."""

@@ -1,0 +1,17 @@
+"""Settings that every service of a robot has."""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+Support = Literal["floor", "pole", "none"]
+
+
+class RobotServiceConfig(BaseModel):
+    """Unknown keys are refused; values are replaced as a whole, never changed in place."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    robot: str = "icub"  # name of a packaged description, or a path to a file
+    support: Support = "floor"  # known contacts, which are never touches
+    lockstep: bool = False  # acknowledge every stamp to the plant
