@@ -1,0 +1,228 @@
+"""From a driver's raw frames to sensor frames: one filter, one delay, honest flags.
+
+When the driver measures velocities, accelerations and angular accelerations
+itself, everything passes through with delay 0. Otherwise positions and
+gyroscopes are differentiated and every other channel goes through the same
+window. Velocities that come without accelerations are not used: boards filter
+them with delays that nobody states.
+"""
+
+from collections import deque
+from dataclasses import fields, replace
+from math import isfinite
+from typing import Any, Protocol
+
+import numpy as np
+
+from estimation.differentiation import Differentiator, Kernel
+from robot_model.messages import RawFrame, SensorFrame
+
+Array = np.ndarray
+FLAG_OF_FIELD = {"q": "joint_valid", "dq": "joint_valid", "ddq": "joint_valid"}
+FLAG_OF_FIELD |= {"motor_torque": "joint_valid", "ft": "ft_valid", "imu_quat_wxyz": "imu_valid"}
+FLAG_OF_FIELD |= dict.fromkeys(("imu_gyro", "imu_acc", "imu_dgyro"), "imu_valid")
+
+
+class Dimensions(Protocol):
+    """What the pipeline needs of a robot: the numbers of joints n and of sensors k and m."""
+
+    @property
+    def dimensions(self) -> dict[str, int]: ...
+
+
+class SensorPipeline:
+    """Raw frames in, sensor frames out; pure, and the same live, in tests and on logs.
+
+    A channel (a joint, a force/torque sensor, an inertial sensor) that a filtered
+    frame lacks is extrapolated once; lacking in two frames, it is invalid until a
+    whole window of it has been measured again. Lost frames are bridged by a
+    straight line up to ``bridge``; a longer gap, or a stamp that jumps back,
+    empties the window.
+
+    Args:
+        robot: Supplies the numbers of joints and sensors.
+        period: Nominal time between frames [s].
+        delay: Age of the filtered values [s]; see ``Kernel``.
+        bridge: Longest step between two stamps that is bridged [s].
+    """
+
+    def __init__(
+        self, robot: Dimensions, period: float = 1e-3, delay: float = 0.024, bridge: float = 5e-3
+    ):
+        self.kernel = Kernel(period, delay)
+        self._period = round(period * 1e9)  # [ns]
+        self._bridge = max(1, round(bridge / period))  # [periods]
+        self._window = _Window(self.kernel, *(robot.dimensions[letter] for letter in "nkm"))
+        self._filtering = False
+        self._stamp: int | None = None
+
+    @property
+    def reason(self) -> str:
+        """Why nothing of the last frame is valid yet; empty when the window is full."""
+        length = self.kernel.length
+        if not self._filtering or self._window.count >= length:
+            return ""
+        return f"the filter's window holds {self._window.count} of {length} frames"
+
+    def reset(self) -> None:
+        """Forget every frame."""
+        self._window.reset()
+        self._stamp = None
+
+    def step(self, raw: RawFrame, stamp: int) -> SensorFrame:
+        """Take one raw frame and return the sensor frame of the same stamp [ns].
+
+        Force/torque readings are in the convention of Wrenchbus. Values that are
+        not finite count as missing; invalid entries of the result are 0.0.
+        """
+        raw = without_nonfinite(raw)
+        self._filtering = raw.dq is None or raw.ddq is None or raw.imu_dgyro is None
+        if not self._filtering:
+            if self._stamp is not None:
+                self.reset()
+            return _pass(raw)
+        steps = 1 if self._stamp is None else round((stamp - self._stamp) / self._period)
+        if not 1 <= steps <= self._bridge:
+            self.reset()
+            steps = 1
+        self._stamp = stamp
+        return self._window.step(raw, steps)
+
+
+def without_nonfinite(raw: RawFrame) -> RawFrame:
+    """Clear the flag of every channel that is not finite, and zero the invalid ones."""
+    flags = np.concatenate((raw.joint_valid, raw.ft_valid, raw.imu_valid))
+    values = [value for name in FLAG_OF_FIELD if (value := getattr(raw, name)) is not None]
+    block = np.concatenate(values, axis=None)
+    with np.errstate(over="ignore", invalid="ignore"):
+        # a third of the time of isfinite().all(); huge values only take the long way
+        square = block @ block
+    return raw if flags.all() and isfinite(square) else _masked(raw)
+
+
+def _masked(raw: RawFrame) -> RawFrame:
+    changed: dict[str, Any] = {f.name: getattr(raw, f.name) for f in fields(raw)}
+    present = {name: flag for name, flag in FLAG_OF_FIELD.items() if changed[name] is not None}
+    for name, flag in present.items():
+        value = changed[name]
+        changed[flag] = changed[flag] & np.isfinite(value).reshape(len(value), -1).all(axis=1)
+    for name, flag in present.items():
+        value = changed[name]
+        valid = changed[flag].reshape((-1,) + (1,) * (value.ndim - 1))
+        changed[name] = np.where(valid, value, 0.0)
+    return replace(raw, **changed)
+
+
+def _pass(raw: RawFrame) -> SensorFrame:
+    torque = raw.motor_torque
+    assert raw.dq is not None and raw.ddq is not None and raw.imu_dgyro is not None
+    return SensorFrame(
+        q=raw.q,
+        dq=raw.dq,
+        ddq=raw.ddq,
+        motor_torque=np.zeros_like(raw.q) if torque is None else torque,
+        ft=raw.ft,
+        imu_gyro=raw.imu_gyro,
+        imu_acc=raw.imu_acc,
+        imu_dgyro=raw.imu_dgyro,
+        imu_quat_wxyz=raw.imu_quat_wxyz,
+        joint_valid=raw.joint_valid,
+        ft_valid=raw.ft_valid,
+        imu_valid=raw.imu_valid,
+        motor_torque_valid=torque is not None,
+    )
+
+
+class _Window:
+    """The filter's window over all channels of a robot, and what in it was measured."""
+
+    def __init__(self, kernel: Kernel, n: int, k: int, m: int):
+        self.kernel = kernel
+        self._n, self._k, self._m = n, k, m
+        ends = [0, *np.cumsum([n, n, 6 * k, 3 * m, 3 * m]).tolist()]
+        self._columns = [slice(start, end) for start, end in zip(ends, ends[1:], strict=False)]
+        joints, sensors, imus = np.split(np.arange(n + k + m), [n, n + k])
+        self._channel = np.concatenate(  # of each column
+            [joints, joints, sensors.repeat(6), imus.repeat(3), imus.repeat(3)]
+        )
+        self._row = np.zeros(len(self._channel))
+        self._filter = Differentiator(kernel, len(self._channel))
+        self._good = np.zeros(n + k + m, dtype=int)  # frames in a row, one missing bridged
+        self._absent = np.zeros(n + k + m, dtype=int)  # frames in a row
+        self._quaternions: deque[Array] = deque(maxlen=kernel.side + 1)
+        self._torques = 0  # frames in a row with motor torques
+        self._no_torque = np.zeros(n)
+
+    @property
+    def count(self) -> int:
+        return self._filter.count
+
+    def reset(self) -> None:
+        self._filter.reset()
+        self._good[:] = self._absent[:] = 0
+        self._torques = 0
+        self._quaternions.clear()
+
+    def step(self, raw: RawFrame, steps: int) -> SensorFrame:
+        """Append a frame ``steps`` periods after the last one."""
+        self._gather(raw)
+        self._mark(raw, steps)
+        previous = self._filter.newest.copy()
+        for step in range(1, steps):
+            self._filter.put(previous + (self._row - previous) * (step / steps))
+        self._filter.put(self._row)
+        self._keep_quaternion(raw, steps)
+        return self._frame()
+
+    def _gather(self, raw: RawFrame) -> None:
+        torque = self._no_torque if raw.motor_torque is None else raw.motor_torque
+        blocks = (raw.q, torque, raw.ft.ravel(), raw.imu_gyro.ravel(), raw.imu_acc.ravel())
+        np.concatenate(blocks, out=self._row)
+
+    def _mark(self, raw: RawFrame, steps: int) -> None:
+        measured = np.concatenate((raw.joint_valid, raw.ft_valid, raw.imu_valid))
+        self._good += steps
+        self._torques = 0 if raw.motor_torque is None else self._torques + steps
+        if measured.all():
+            self._absent[:] = 0
+            return
+        self._absent = np.where(measured, 0, self._absent + 1)
+        # a straight line needs two samples before the missing one
+        bridged = (self._absent == 1) & (self._good >= steps + 2)
+        self._good[~measured & ~bridged] = 0
+        columns = bridged[self._channel]
+        self._row[columns] = self._filter.extrapolated[columns]
+
+    def _keep_quaternion(self, raw: RawFrame, steps: int) -> None:
+        if raw.imu_quat_wxyz is None:
+            self._quaternions.clear()
+            return
+        for _ in range(steps):
+            self._quaternions.append(raw.imu_quat_wxyz)
+
+    def _frame(self) -> SensorFrame:
+        length = self.kernel.length
+        valid = self._good >= length
+        values = self._filter.result().copy()
+        if not valid.all():
+            values[:, ~valid[self._channel]] = 0.0
+        value, slope, curvature = values
+        q, torque, ft, gyro, acc = self._columns
+        n, k, m = self._n, self._k, self._m
+        rotated = len(self._quaternions) > self.kernel.side
+        return SensorFrame(
+            q=value[q],
+            dq=slope[q],
+            ddq=curvature[q],
+            motor_torque=value[torque],
+            ft=value[ft].reshape(k, 6),
+            imu_gyro=value[gyro].reshape(m, 3),
+            imu_acc=value[acc].reshape(m, 3),
+            imu_dgyro=slope[gyro].reshape(m, 3),
+            imu_quat_wxyz=self._quaternions[0] if rotated else None,
+            joint_valid=valid[:n],
+            ft_valid=valid[n : n + k],
+            imu_valid=valid[n + k :],
+            motor_torque_valid=self._torques >= length,
+            delay=self.kernel.delay,
+        )
