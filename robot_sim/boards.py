@@ -3,6 +3,7 @@
 from typing import Literal
 
 import numpy as np
+
 from robot_model import Robot
 
 Array = np.ndarray
@@ -82,7 +83,8 @@ class Boards:
             if self.mode == "velocity":
                 torque += self._kd * self._value
             torque += fade * self.feedforward
-        return np.clip(torque, -self._torque_limit, self._torque_limit)
+        # A third of the cost of np.clip on a short vector.
+        return np.minimum(np.maximum(torque, -self._torque_limit), self._torque_limit)
 
     def _target(self, q: Array, offset: Array | None) -> Array:
         if self.mode == "velocity":

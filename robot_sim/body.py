@@ -2,9 +2,9 @@
 
 import numpy as np
 import pinocchio as pin
-from robot_model import Robot
-from robot_model.tree import TreeModel
 from scipy.linalg.lapack import dposv
+
+from robot_model import Robot, TreeModel
 
 Array = np.ndarray
 
@@ -67,8 +67,10 @@ class Body:
         self._torque = np.zeros(self.model.nv)
         self._inertia = np.zeros((self.model.nv, self.model.nv))
         self._inertia[np.ix_(tree.joint_v, tree.joint_v)] = robot.rotor_inertia
-        self._mass = self.data.M
+        self._mass = self.data.M  # a view: crba writes into it
         self._matrix = np.zeros_like(self._inertia, order="F")
+        self._diagonal = self._matrix.T.reshape(-1)[:: self.model.nv + 1]
+        self._damping = np.zeros(self.model.nv)
 
     def place(self, q: Array, fixed: bool) -> None:
         """Put the body at rest at a configuration (nq,), with a clamped or a free root."""
@@ -100,13 +102,14 @@ class Body:
         pin.crba(self.model, self.data, self.q)
         matrix = self._matrix
         np.add(self._mass, self._inertia, out=matrix)
-        matrix[self.joint_v, self.joint_v] += self.tick * damping
+        self._damping[self.joint_v] = self.tick * damping
+        self._diagonal += self._damping
         self._torque[self.joint_v] = torque
         drive = self._torque - bias
         if self.fixed:
             _, self.a[6:], status = dposv(matrix[6:, 6:], drive[6:])
         else:
-            _, self.a, status = dposv(matrix, drive)
+            _, self.a, status = dposv(matrix, drive, overwrite_a=1, overwrite_b=1)
         if status != 0:
             raise PlantDiverged(self._trouble("the mass matrix cannot be factorised"))
 
@@ -114,10 +117,10 @@ class Body:
         """Move the state by one tick with the present acceleration.
 
         Raises:
-            PlantDiverged: a velocity is not finite or beyond 1e3.
+            PlantDiverged: the velocity is not finite or its norm is beyond 1e3.
         """
         v = self.v + self.tick * self.a
-        if not np.abs(v).max() < SPEED_LIMIT:
+        if not (v @ v < SPEED_LIMIT**2):  # also true for NaN
             self.v = v
             raise PlantDiverged(self._trouble("a velocity left all bounds"))
         self.v = v

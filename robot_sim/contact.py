@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 from pydantic import BaseModel, ConfigDict, Field
+from scipy.linalg import block_diag
+
 from robot_model import Robot
 
 Array = np.ndarray
@@ -44,6 +46,21 @@ def point_velocity_map(points: Array) -> Array:
     return np.vstack(rows)
 
 
+class Foot(NamedTuple):
+    """One foot's share of the arrays, and views of its joint's motion."""
+
+    rotation: Array  # (3, 3) R_world_joint
+    origin: Array  # (3, 1) of the joint, world
+    joint_twist: Array  # (6,) joint axes
+    twist: Array  # (6,) copy of it in the stack of all feet
+    corners: Array  # (3, c) joint axes
+    velocity_local: Array  # (3, c) joint axes
+    position: Array  # (3, c) world
+    velocity: Array  # (3, c) world
+    force: Array  # (3, c) world
+    force_local: Array  # (3, c) joint axes
+
+
 class SoleContacts:
     """Contact forces of all soles.
 
@@ -69,29 +86,50 @@ class SoleContacts:
         self.joints = [place.joint for place in whole]
         self.joints_cut = [place.joint for place in parts]
         corners = [np.asarray(robot.soles[name]) for name in self.frames]
-        self._floor = floor
-        self._corners = np.array(
-            [[w.joint_M_frame.act(c) for c in cs] for w, cs in zip(whole, corners, strict=True)]
-        )
-        self._velocity = np.array([point_velocity_map(points) for points in self._corners])
-        self._wrenches = np.array(
-            [_wrench_map(w, p, cs) for w, p, cs in zip(whole, parts, corners, strict=True)]
-        )
-        self._views = [
-            (data.oMi[j].rotation, data.oMi[j].translation, data.v[j].vector) for j in self.joints
+        count, size = len(self.frames), len(corners[0])
+        self._friction = floor.friction
+        stiffness, damping = floor.tangential_stiffness, floor.tangential_damping
+        self._stiffness = np.array([[stiffness], [stiffness], [floor.stiffness]])
+        self._damping = np.array([[damping], [damping], [floor.damping]])
+        local = [
+            np.array([w.joint_M_frame.act(corner) for corner in cs])
+            for w, cs in zip(whole, corners, strict=True)
         ]
-        count = len(self.frames)
-        self._rotation = np.zeros((count, 3, 3))
-        self._position = np.zeros((count, 1, 3))
-        self._twist = np.zeros((count, 6, 1))
-        self._all = np.zeros((count, 18))
-        self.wrench, self.wrench_cut, self.wrench_sole = np.split(self._all, 3, axis=1)
-        self._anchor = np.zeros((count, self._corners.shape[1], 2))
+        maps = [_wrench_map(w, p, cs) for w, p, cs in zip(whole, parts, corners, strict=True)]
+        # One product for all feet is cheaper than one per foot, zeros included.
+        self._velocity_map = block_diag(*[_by_axis(point_velocity_map(cs)) for cs in local])
+        self._wrench_map = block_diag(*maps)
+        # Axis before corner, so that every component is one contiguous row.
+        self._corners = np.ascontiguousarray(np.transpose(local, (0, 2, 1)))
+        self._twist = np.zeros(6 * count)
+        self._velocity_local = np.zeros(3 * size * count)
+        self._position, self._velocity, self._force, self._force_local, self._anchor = np.zeros(
+            (5, count, 3, size)  # the bristles' anchors stay at z = 0, on the floor
+        )
+        self._all = np.zeros(18 * count)
+        self.wrench, self.wrench_cut, self.wrench_sole = np.split(
+            self._all.reshape(count, 18), 3, axis=1
+        )
+        self._feet = [
+            Foot(
+                rotation=data.oMi[joint].rotation,
+                origin=data.oMi[joint].translation[:, None],
+                joint_twist=data.v[joint].vector,
+                twist=self._twist.reshape(count, 6)[i],
+                corners=self._corners[i],
+                velocity_local=self._velocity_local.reshape(count, 3, size)[i],
+                position=self._position[i],
+                velocity=self._velocity[i],
+                force=self._force[i],
+                force_local=self._force_local[i],
+            )
+            for i, joint in enumerate(self.joints)
+        ]
 
     def restart(self) -> None:
         """Forget the bristles: they start unstretched where the corners are now."""
-        position, _ = self._corner_motion()
-        self._anchor = position[..., :2].copy()
+        self._move_corners()
+        self._anchor[:, :2] = self._position[:, :2]
 
     def release(self) -> None:
         """Set all contact forces to zero."""
@@ -99,40 +137,48 @@ class SoleContacts:
 
     def evaluate(self) -> None:
         """Compute the wrenches of the present state and move the bristles that slip."""
-        position, velocity = self._corner_motion()
-        force = self._force(position, velocity) @ self._rotation
-        flat = force.reshape(len(self.frames), -1, 1)
-        np.matmul(self._wrenches, flat, out=self._all[:, :, None])
+        self._move_corners()
+        self._find_forces()
+        for foot in self._feet:
+            np.dot(foot.rotation.T, foot.force, out=foot.force_local)
+        np.dot(self._wrench_map, self._force_local.reshape(-1), out=self._all)
 
-    def _corner_motion(self) -> tuple[Array, Array]:
-        for i, (rotation, translation, twist) in enumerate(self._views):
-            self._rotation[i] = rotation
-            self._position[i, 0] = translation
-            self._twist[i, :, 0] = twist
-        to_world = self._rotation.transpose(0, 2, 1)
-        position = self._corners @ to_world
-        position += self._position
-        velocity = (self._velocity @ self._twist).reshape(self._corners.shape) @ to_world
-        return position, velocity
+    def _move_corners(self) -> None:
+        for foot in self._feet:
+            foot.twist[:] = foot.joint_twist
+        np.dot(self._velocity_map, self._twist, out=self._velocity_local)
+        for foot in self._feet:
+            np.dot(foot.rotation, foot.corners, out=foot.position)
+            np.add(foot.position, foot.origin, out=foot.position)
+            np.dot(foot.rotation, foot.velocity_local, out=foot.velocity)
 
-    def _force(self, position: Array, velocity: Array) -> Array:
-        floor = self._floor
-        height, sinking = position[..., 2], velocity[..., 2]
-        normal = np.maximum(-floor.stiffness * height - floor.damping * sinking, 0.0)
-        normal *= height < 0.0  # the damper never pulls a lifted corner back
-        drag = floor.tangential_damping * velocity[..., :2]
-        friction = floor.tangential_stiffness * (self._anchor - position[..., :2]) - drag
-        size = np.sqrt(np.square(friction).sum(axis=2))
-        limit = floor.friction * normal
-        slips = size > limit
-        if slips.any():
-            friction[slips] *= (limit[slips] / size[slips])[:, None]
-            stretch = (friction[slips] + drag[slips]) / floor.tangential_stiffness
-            self._anchor[slips] = position[slips, :2] + stretch
-        force = np.empty_like(position)
-        force[..., :2] = friction
-        force[..., 2] = normal
-        return force
+    def _find_forces(self) -> None:
+        drag = self._velocity * self._damping
+        force = np.subtract(self._anchor, self._position, out=self._force)
+        force *= self._stiffness
+        force -= drag
+        normal = force[:, 2]
+        np.maximum(normal, 0.0, out=normal)
+        normal *= self._position[:, 2] < 0.0  # the damper never pulls a lifted corner back
+        square = force[:, :2] * force[:, :2]
+        limit = self._friction * normal
+        slips = square[:, 0] + square[:, 1] > limit * limit
+        if np.count_nonzero(slips):
+            self._slip(slips, limit, drag)
+
+    def _slip(self, slips: Array, limit: Array, drag: Array) -> None:
+        """Cut friction at the Coulomb cone and drag the bristles along."""
+        foot, corner = np.nonzero(slips)
+        friction = self._force[foot, :2, corner]
+        friction *= (limit[slips] / np.linalg.norm(friction, axis=1))[:, None]
+        self._force[foot, :2, corner] = friction
+        stretch = (friction + drag[foot, :2, corner]) / self._stiffness[0]
+        self._anchor[foot, :2, corner] = self._position[foot, :2, corner] + stretch
+
+
+def _by_axis(rows: Array) -> Array:
+    """Reorder rows from corner by corner (x y z x y z ...) to axis by axis."""
+    return rows.reshape(-1, 3, rows.shape[1]).transpose(1, 0, 2).reshape(rows.shape)
 
 
 def _wrench_map(whole: Placement, part: Placement, corners: Array) -> Array:
@@ -143,4 +189,4 @@ def _wrench_map(whole: Placement, part: Placement, corners: Array) -> Array:
         points = np.array([target_M_sole.act(corner) for corner in corners])
         turn = target_M_sole.rotation @ whole.joint_M_frame.rotation.T
         rows.append(point_velocity_map(points).T @ np.kron(np.eye(len(corners)), turn))
-    return np.vstack(rows)
+    return _by_axis(np.vstack(rows).T).T

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
+
 from robot_model import Robot
 from robot_model.names import did_you_mean
 

@@ -1,13 +1,12 @@
 """Sensor noise: a profile says how wrong the sensors are, a seed says which wrong it is."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
 from robot_model.names import did_you_mean
 
 PROFILES = files("robot_sim") / "profiles"
@@ -58,14 +57,6 @@ def load_profile(name: str | Path) -> NoiseProfile:
         raise ValueError(f"noise profile {source}: {key}: {first['msg']}") from None
 
 
-@dataclass(frozen=True)
-class Block:
-    """Where one channel lies in the vector of errors, and its shape."""
-
-    part: slice
-    shape: tuple[int, ...]
-
-
 class Noise:
     """Errors of all sensors of one run, drawn tick by tick.
 
@@ -77,12 +68,15 @@ class Noise:
         profile: Size of the errors.
         n, k, m: Number of joints, force/torque sensors and inertial sensors.
         seed: The same seed gives the same errors, sample by sample.
+
+    Attributes:
+        errors: Present error by channel, in its shape and unit; changed by ``draw``.
     """
 
     def __init__(self, profile: NoiseProfile, n: int, k: int, m: int, seed: int):
         self.profile = profile
         self.seed = seed
-        channels = {
+        shapes = {
             "ft_force": (k, 3),
             "ft_moment": (k, 3),
             "motor_torque": (n,),
@@ -90,45 +84,32 @@ class Noise:
             "accelerometer": (m, 3),
             "orientation": (m, 3),
         }
-        self._blocks: dict[str, Block] = {}
-        size = 0
-        for name, shape in channels.items():
-            count = int(np.prod(shape))
-            self._blocks[name] = Block(slice(size, size + count), shape)
-            size += count
-        self._white = self._spread(lambda channel: channel.white, size)
-        self._bound = self._spread(lambda channel: channel.bias, size)
-        self._step = None if profile.encoder_bits is None else 2 * np.pi / 2**profile.encoder_bits
-        self.silent = not (self._white.any() or self._bound.any())
+        sizes = [int(np.prod(shape)) for shape in shapes.values()]
+        channels = [getattr(profile, name) for name in shapes]
+        self._white = np.repeat([channel.white for channel in channels], sizes)
+        self._bound = np.repeat([channel.bias for channel in channels], sizes)
+        self._error = np.zeros(sum(sizes))
+        pieces = np.split(self._error, np.cumsum(sizes)[:-1])
+        self.errors = {
+            name: piece.reshape(shape)
+            for (name, shape), piece in zip(shapes.items(), pieces, strict=True)
+        }
+        self._count = None if profile.encoder_bits is None else 2 * np.pi / 2**profile.encoder_bits
         self.restart()
-
-    def _spread(self, value: Callable[[Channel], float], size: int) -> np.ndarray:
-        spread = np.zeros(size)
-        for name, block in self._blocks.items():
-            spread[block.part] = value(getattr(self.profile, name))
-        return spread
 
     def restart(self) -> None:
         """Go back to the first sample of the run: same seed, same biases, same errors."""
         self._random = np.random.default_rng(self.seed)
         bias = self._random.standard_normal(self._bound.size) * self._bound / 2
         self.bias = np.clip(bias, -self._bound, self._bound)
-        self.error = np.zeros_like(self.bias)
         self.draw()
 
     def draw(self) -> None:
         """Draw the errors of the next sample."""
-        if self.silent:
-            return
-        self._random.standard_normal(out=self.error)
-        self.error *= self._white
-        self.error += self.bias
-
-    def on(self, channel: str) -> np.ndarray:
-        """Return the present error of a channel, in its shape and unit."""
-        block = self._blocks[channel]
-        return self.error[block.part].reshape(block.shape)
+        self._random.standard_normal(out=self._error)
+        self._error *= self._white
+        self._error += self.bias
 
     def encoder(self, q: np.ndarray) -> np.ndarray:
         """Return positions (n,) [rad] as the encoders count them."""
-        return q.copy() if self._step is None else np.rint(q / self._step) * self._step
+        return q.copy() if self._count is None else np.rint(q / self._count) * self._count

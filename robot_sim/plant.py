@@ -1,22 +1,23 @@
 """The plant: a robot with motors, boards, floor and sensors, one millisecond at a time."""
 
-from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import pinocchio as pin
 from pydantic import BaseModel, ConfigDict, Field
+
 from robot_model import Robot, build_tree
 from robot_model.messages import GroundTruth, RawFrame
-
 from robot_sim.boards import Boards, Mode
 from robot_sim.body import Body, PlantDiverged
 from robot_sim.contact import Floor, SoleContacts, placement
+from robot_sim.friction import JointFriction
 from robot_sim.motions import Motion
 from robot_sim.noise import Noise, load_profile
 from robot_sim.pushes import Pushes
+from robot_sim.raw_frame import all_valid, raw_frame
 from robot_sim.sensors import ExactSensors, Readings
+from robot_sim.standing import standing_base
 
 Array = np.ndarray
 Base = Literal["free", "fixed"]
@@ -53,6 +54,7 @@ class Plant:
 
     Attributes:
         time: Simulated time [ns], a multiple of 1 ms.
+        q, dq: Joint positions [rad] and velocities [rad/s] (n,) at that time.
         fallen: The robot fell: it is frozen where it is until ``reset``.
     """
 
@@ -74,7 +76,11 @@ class Plant:
         self._contacts = SoleContacts(robot, self._body.data, cut, self.config.floor)
         self._pushes = Pushes(robot, self._body.data, cut)
         self._joint_q, self._joint_v = robot.tree.joint_q, robot.tree.joint_v
-        self._standing = self._find_standing_base()
+        self._standing = standing_base(robot, self.config.floor)
+        self._up = self._standing.rotation.T[:, 2]  # in base axes, while standing
+        self._base_axes = self._body.data.oMi[1].rotation
+        self._least_upright = np.cos(self.config.fall_tilt)
+        self._valid = all_valid(robot.dimensions)
         self._motion: Motion | None = None
         self.profile(profile)
         self.base(base)
@@ -142,7 +148,8 @@ class Plant:
         """Change the noise profile; biases are drawn anew from the seed."""
         sizes = (self.robot.dimensions[d] for d in "nkm")
         self.noise = Noise(load_profile(name), *sizes, self.seed)
-        self._friction = self.noise.profile.coulomb * np.asarray(self.robot.coulomb)
+        coulomb = self.noise.profile.coulomb
+        self._friction = JointFriction(self.robot, coulomb, self.config.coulomb_speed)
         self.profile_name = str(name)
 
     def base(self, base: Base) -> None:
@@ -160,7 +167,11 @@ class Plant:
         self.boards.restart()
         self._pushes.restart()
         self.noise.restart()
-        self._body.place(self._home_configuration(), self.base_mode == "fixed")
+        base = self._standing.copy()
+        if self.base_mode == "fixed":
+            base.translation[2] += self.config.pole_lift
+        home = self.robot.tree.configuration(self.robot.home, base)
+        self._body.place(home, self.base_mode == "fixed")
         self._contacts.restart()
         self._evaluate()
 
@@ -186,19 +197,25 @@ class Plant:
         try:
             self._body.integrate()
         except PlantDiverged as error:
-            raise PlantDiverged(f"the plant diverged at {self.time * 1e-9:.3f} s: {error}") from None
+            raise PlantDiverged(
+                f"the plant diverged at {self.time * 1e-9:.3f} s: {error}"
+            ) from None
         self._body.update_kinematics()
 
     def _evaluate(self) -> None:
         """Find all forces and the acceleration of the present state."""
         body = self._body
         self._find_forces()
-        q, dq = body.q[self._joint_q], body.v[self._joint_v]
+        q, dq = self._update_joints()
         offset = None if self._motion is None else self._motion.offset(self.time * 1e-9)
         motor_torque = self.boards.torque(q, dq, offset)
-        friction, slope = self._joint_friction(dq)
-        body.accelerate(motor_torque - friction, slope)
-        self._forget_readings()
+        self._friction_torque, slope = self._friction.evaluate(dq)
+        body.accelerate(motor_torque - self._friction_torque, slope)
+
+    def _update_joints(self) -> tuple[Array, Array]:
+        self.q, self.dq = self._body.q[self._joint_q], self._body.v[self._joint_v]
+        self._readings = None
+        return self.q, self.dq
 
     def _find_forces(self) -> None:
         whole, cut = self._body.forces, self._exact.forces
@@ -225,15 +242,6 @@ class Plant:
             self._body.forces.add(joint, contacts.wrench[i])
             self._exact.forces.add(joint_cut, contacts.wrench_cut[i])
 
-    def _joint_friction(self, dq: Array) -> tuple[Array, Array]:
-        """Return viscous and Coulomb friction against dq (n,) [N m], and its slope."""
-        viscous = self.robot.viscous
-        if not self._friction.any():
-            return viscous * dq, viscous
-        sign = np.tanh(dq / self.config.coulomb_speed)
-        slope = self._friction * (1.0 - sign * sign) / self.config.coulomb_speed
-        return viscous * dq + self._friction * sign, viscous + slope
-
     def _freeze(self) -> None:
         """Hold the fallen robot where it is: its body has no contacts besides the soles."""
         self._body.halt()
@@ -241,84 +249,39 @@ class Plant:
         self._contacts.release()
         self._body.forces.clear()
         self._exact.forces.clear()
-        self._forget_readings()
+        self._friction_torque = np.zeros(self.robot.n)
+        self._update_joints()
 
     def _has_fallen(self) -> bool:
         if self.base_mode == "fixed":
             return False
-        base = self._body.data.oMi[1]
-        upright = (base.rotation @ self._up)[2]
-        drop = self._standing.translation[2] - base.translation[2]
-        return bool(upright < np.cos(self.config.fall_tilt) or drop > self.config.fall_drop)
+        upright = self._base_axes[2] @ self._up
+        drop = self._standing.translation[2] - self._body.q[2]
+        return bool(upright < self._least_upright or drop > self.config.fall_drop)
 
     # -- what is seen of it
 
-    def _forget_readings(self) -> None:
-        self.__dict__.pop("readings", None)
-
-    @cached_property
+    @property
     def readings(self) -> Readings:
         """What exact sensors read at this instant."""
-        return self._exact.read()
-
-    @property
-    def q(self) -> Array:
-        """Joint positions (n,) [rad]."""
-        return self._body.q[self._joint_q]
-
-    @property
-    def dq(self) -> Array:
-        """Joint velocities (n,) [rad/s]."""
-        return self._body.v[self._joint_v]
-
-    @property
-    def ddq(self) -> Array:
-        """Joint accelerations (n,) [rad/s^2]."""
-        return self._body.a[self._joint_v]
-
-    @property
-    def motor_torque(self) -> Array:
-        """Motor torque (n,) [N m]: link torque + A ddq + D dq + Coulomb friction.
-
-        It differs from what the boards ask for by h D ddq, because the integrator
-        lets friction act at the end of the tick.
-        """
-        friction, _ = self._joint_friction(self.dq)
-        return self.readings.link_torque + self.robot.rotor_inertia @ self.ddq + friction
+        if self._readings is None:
+            self._readings = self._exact.read(self.q, self.dq, self._friction_torque)
+        return self._readings
 
     def raw(self) -> RawFrame:
         """Return what the driver delivers at this instant, with the profile's errors."""
-        noise, exact = self.noise, self.readings
-        derivatives = noise.profile.derivatives
-        ft = exact.ft.copy()
-        ft[:, :3] += noise.on("ft_force")
-        ft[:, 3:] += noise.on("ft_moment")
-        n, k, m = self._valid
-        return RawFrame(
-            q=noise.encoder(self.q),
-            dq=self.dq if derivatives else None,
-            ddq=self.ddq if derivatives else None,
-            motor_torque=self.motor_torque + noise.on("motor_torque"),
-            ft=ft,
-            imu_gyro=exact.gyro + noise.on("gyro"),
-            imu_acc=exact.acceleration + noise.on("accelerometer"),
-            imu_dgyro=exact.angular_acceleration if derivatives else None,
-            imu_quat_wxyz=_orientation(exact.rotation, noise.on("orientation")),
-            joint_valid=n,
-            ft_valid=k,
-            imu_valid=m,
-        )
+        return raw_frame(self.readings, self.noise, self._valid)
 
     def truth(self) -> GroundTruth:
         """Return everything the plant knows about this instant."""
         body, exact = self._body, self.readings
         frames, wrench = self._support_wrenches()
         return GroundTruth(
-            q=self.q,
-            dq=self.dq,
-            ddq=self.ddq,
+            q=exact.q,
+            dq=exact.dq,
+            ddq=exact.ddq,
             link_torque=exact.link_torque,
-            motor_torque=self.motor_torque,
+            motor_torque=exact.motor_torque,
             ft=exact.ft,
             base_position=body.q[:3].copy(),
             base_quat_wxyz=body.q[[6, 3, 4, 5]],
@@ -335,11 +298,6 @@ class Plant:
         """Ids of the pushes that act now or begin with the next step."""
         return [push.id for push in self._pushes.active]
 
-    @cached_property
-    def _valid(self) -> tuple[Array, Array, Array]:
-        n, k, m = (np.ones(self.robot.dimensions[d], dtype=bool) for d in "nkm")
-        return n, k, m
-
     def _support_wrenches(self) -> tuple[tuple[str, ...], Array]:
         if self.base_mode == "free":
             return self._contacts.frames, self._contacts.wrench_sole.copy()
@@ -348,36 +306,3 @@ class Plant:
         base_M_frame = placement(tree.model, tree.frame_id(frame)).joint_M_frame
         wrench = base_M_frame.inverse().toDualActionMatrix() @ self.readings.base_wrench
         return (frame,), wrench[None]
-
-    # -- where it starts
-
-    def _home_configuration(self) -> Array:
-        base = self._standing.copy()
-        if self.base_mode == "fixed":
-            base.translation[2] += self.config.pole_lift
-        return self.robot.tree.configuration(self.robot.home, base)
-
-    def _find_standing_base(self) -> pin.SE3:
-        """Place the base so that the soles, level, carry the weight at home posture."""
-        tree, frames = self.robot.tree, self.robot.supports["floor"]
-        data = tree.model.createData()
-        home = tree.configuration(self.robot.home)
-        pin.framesForwardKinematics(tree.model, data, home)
-        soles = [data.oMf[tree.frame_id(frame)] for frame in frames]
-        corners = [s.act(c) for s, f in zip(soles, frames, strict=True) for c in self.robot.soles[f]]
-        level = soles[0].rotation.T
-        weight = pin.computeTotalMass(tree.model) * 9.81
-        sinking = weight / (len(corners) * self.config.floor.stiffness)
-        middle = level @ np.mean([s.translation for s in soles], axis=0)
-        lowest = min((level @ corner)[2] for corner in corners)
-        self._up = level.T[:, 2]
-        return pin.SE3(level, np.array([-middle[0], -middle[1], -lowest - sinking]))
-
-
-def _orientation(rotation: Array, error: Array) -> Array:
-    """Return quaternions wxyz (m, 4) of R_world_imu, turned by small errors (m, 3) [rad]."""
-    quaternions = np.empty((len(rotation), 4))
-    for row, matrix, turn in zip(quaternions, rotation, error, strict=True):
-        x, y, z, w = (pin.Quaternion(matrix) * pin.Quaternion(pin.exp3(turn))).coeffs()
-        row[:] = w, x, y, z
-    return quaternions

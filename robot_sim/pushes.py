@@ -5,8 +5,8 @@ from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
-from robot_model import Robot
 
+from robot_model import Robot
 from robot_sim.contact import placement
 
 Array = np.ndarray

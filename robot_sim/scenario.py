@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
 from robot_model import Robot
 from robot_model.names import did_you_mean
-
 from robot_sim.motions import Motion, Sinusoid
 from robot_sim.plant import TICK, Plant
 from robot_sim.pushes import Profile

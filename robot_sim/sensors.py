@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from robot_model import Robot
-from robot_model.tree import TreeModel
 
+from robot_model import Robot, TreeModel
 from robot_sim.body import Body, ExternalForces
 from robot_sim.contact import placement
 
@@ -17,7 +16,11 @@ Array = np.ndarray
 class Readings:
     """Exact readings of one instant."""
 
+    q: Array  # (n,) rad
+    dq: Array  # (n,) rad/s
+    ddq: Array  # (n,) rad/s^2
     link_torque: Array  # (n,) N m
+    motor_torque: Array  # (n,) N m: link torque + A ddq + friction
     ft: Array  # (k, 6) parent on child, sensor frame
     base_wrench: Array  # (6,) what holds the root, base axes; zero when the base is free
     gyro: Array  # (m, 3) rad/s, imu axes
@@ -41,49 +44,61 @@ class ExactSensors:
 
     def __init__(self, robot: Robot, cut: TreeModel, body: Body):
         self.forces = ExternalForces(cut.model)
-        self._tree, self._model, self._data = cut, cut.model, cut.model.createData()
-        self._body = body
-        whole = robot.tree
-        self._whole_q, self._whole_v = whole.joint_q, whole.joint_v
+        self._model, self._data, self._body = cut.model, cut.model.createData(), body
+        self._rotor_inertia = np.array(robot.rotor_inertia)
+        self._joint_q, self._joint_v = cut.joint_q, cut.joint_v
+        self._cut_v, self._cut_sign = cut.cut_v, cut.cut_sign[:, None]
         self._q = cut.neutral.copy()
         self._v, self._a = np.zeros(cut.model.nv), np.zeros(cut.model.nv)
-        self._sign = cut.cut_sign[:, None]
+        self._place_imus(robot, cut)
+
+    def _place_imus(self, robot: Robot, cut: TreeModel) -> None:
         places = [placement(cut.model, cut.frame_id(name)) for name in robot.imus]
-        self._motion = np.array([p.joint_M_frame.toActionMatrixInverse() for p in places])
-        self._views = [
+        self._to_imu = np.array([p.joint_M_frame.toActionMatrixInverse() for p in places])
+        self._motion = np.zeros((len(places), 6, 2))
+        self._motion_views = [
             (self._data.v[p.joint].vector, self._data.a_gf[p.joint].vector) for p in places
         ]
-        self._motions = np.zeros((len(places), 6, 2))
-        mounts = [placement(whole.model, whole.frame_id(name)) for name in robot.imus]
+        tree = robot.tree
+        mounts = [placement(tree.model, tree.frame_id(name)) for name in robot.imus]
         self._mounts = np.array([p.joint_M_frame.rotation for p in mounts])
-        self._axes = [body.data.oMi[p.joint].rotation for p in mounts]
+        self._axes = [self._body.data.oMi[p.joint].rotation for p in mounts]
 
-    def read(self) -> Readings:
-        """Compute all readings of the present instant."""
-        body, tree, q, v, a = self._body, self._tree, self._q, self._v, self._a
-        q[:7], v[:6], a[:6] = body.q[:7], body.v[:6], body.a[:6]
-        q[tree.joint_q] = body.q[self._whole_q]
-        v[tree.joint_v] = body.v[self._whole_v]
-        a[tree.joint_v] = body.a[self._whole_v]
-        torque = pin.rnea(self._model, self._data, q, v, a, self.forces.list)
-        for motions, (twist, acceleration) in zip(self._motions, self._views, strict=True):
-            motions[:, 0], motions[:, 1] = twist, acceleration
-        motion = self._motion @ self._motions
-        gyro, linear = motion[:, 3:, 0], motion[:, :3, 0]
+    def read(self, q: Array, dq: Array, friction: Array) -> Readings:
+        """Compute all readings of the present instant.
+
+        Args:
+            q, dq: The body's joint positions and velocities (n,), in the robot's order.
+            friction: Friction torque at this instant (n,) [N m].
+        """
+        body = self._body
+        ddq = body.a[body.joint_v]
+        self._q[:7], self._v[:6], self._a[:6] = body.q[:7], body.v[:6], body.a[:6]
+        self._q[self._joint_q], self._v[self._joint_v], self._a[self._joint_v] = q, dq, ddq
+        torque = pin.rnea(self._model, self._data, self._q, self._v, self._a, self.forces.list)
+        link_torque = torque[self._joint_v]
+        gyro, acceleration, angular = self._read_imus()
         return Readings(
-            link_torque=torque[tree.joint_v],
-            ft=torque[tree.cut_v] * self._sign,
+            q=q,
+            dq=dq,
+            ddq=ddq,
+            link_torque=link_torque,
+            motor_torque=link_torque + self._rotor_inertia @ ddq + friction,
+            ft=torque[self._cut_v] * self._cut_sign,
             base_wrench=torque[:6],
             gyro=gyro,
-            acceleration=motion[:, :3, 1] + _cross(gyro, linear),
-            angular_acceleration=motion[:, 3:, 1],
+            acceleration=acceleration,
+            angular_acceleration=angular,
             rotation=np.array(self._axes) @ self._mounts,
         )
 
-
-NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
-
-
-def _cross(left: Array, right: Array) -> Array:
-    """Cross product of rows; np.cross costs ten times as much on a few rows."""
-    return left[:, NEXT] * right[:, LAST] - left[:, LAST] * right[:, NEXT]
+    def _read_imus(self) -> tuple[Array, Array, Array]:
+        """Return gyro, proper acceleration and angular acceleration of each IMU."""
+        for motion, (twist, acceleration) in zip(self._motion, self._motion_views, strict=True):
+            motion[:, 0], motion[:, 1] = twist, acceleration
+        motion = self._to_imu @ self._motion
+        for imu in motion:
+            (vx, vy, vz, wx, wy, wz), rate = imu[:, 0].tolist(), imu[:3, 1]
+            # From spatial to classical acceleration: w x v, without the 25 us of np.cross.
+            rate += (wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx)
+        return motion[:, 3:, 0], motion[:, :3, 1], motion[:, 3:, 1]
