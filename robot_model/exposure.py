@@ -30,6 +30,8 @@ def exposed_points(
 
     Points and normals are in the frame of their body's main link.
     """
+    if not bodies:
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, dtype=int)
     samples = [sample_faces(body, seed) for seed, body in enumerate(bodies)]
     points = np.concatenate([points for points, _ in samples])
     normals = np.concatenate([normals for _, normals in samples])
@@ -93,7 +95,7 @@ def visible_shares(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
     asked = np.zeros(len(points), dtype=np.float32)
     for axis in sight_lines(AXES):
         depth = points @ axis
-        pixel = cell_keys(points @ _plane(axis), PIXEL)
+        pixel = _pixels(points @ _plane(axis))
         cosine = normals @ axis
         steep = np.abs(cosine)
         tolerance = 0.001 + 0.7 * PIXEL * np.sqrt(1.0 - np.minimum(steep, 1.0) ** 2) / (
@@ -123,11 +125,15 @@ def sight_lines(count: int) -> np.ndarray:
 
 
 def _plane(axis: np.ndarray) -> np.ndarray:
-    """Two unit vectors across an axis, and zero so that keys see three columns, (3, 3)."""
-    helper = np.eye(3)[np.abs(axis).argmin()]
-    u = np.cross(axis, helper)
+    """Two unit vectors across an axis, as columns (3, 2)."""
+    u = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     u /= np.linalg.norm(u)
-    return np.stack([u, np.cross(axis, u), np.zeros(3)], axis=1).astype(np.float32)
+    return np.stack([u, np.cross(axis, u)], axis=1).astype(np.float32)
+
+
+def _pixels(flat: np.ndarray) -> np.ndarray:
+    cells = ((flat - flat.min(axis=0)) / np.float32(PIXEL)).astype(np.int32)
+    return cells[:, 0] * (cells[:, 1].max() + 1) + cells[:, 1]
 
 
 def thin(
