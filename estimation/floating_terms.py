@@ -1,0 +1,53 @@
+"""Momenta of a floating-base robot and their known rates, by matrix-vector products.
+
+R forms the matrices H_fb, dH_fb/dt and C_fb of its eqs. (9) and (13). Its residuals need
+only their products with vectors, which follow from the whole robot's mass matrix M,
+Coriolis matrix C (dM/dt = C + C^T) and one factorisation of the 6x6 base block.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotrs
+
+Array = np.ndarray
+
+
+class FloatingTerms(NamedTuple):
+    """Momenta and their known rates; rows are [base, joints], (6 + n,).
+
+    The joint rows of ``momentum`` and ``rate`` are the classical ones (R eq. 7); the base
+    rows are those of the external residual (16).
+    """
+
+    momentum: Array
+    rate: Array
+    internal_momentum: Array  # (n,) H_fb dq, R eq. (11)
+    internal_rate: Array  # (n,)
+
+
+def floating_terms(mass: Array, coriolis: Array, velocity: Array, force: Array) -> FloatingTerms:
+    """Return momenta and their known rates.
+
+    Args:
+        mass: Joint-space inertia M in the base's axes, (6 + n, 6 + n).
+        coriolis: C with dM/dt = C + C^T, (6 + n, 6 + n).
+        velocity: [base twist; joint velocities], (6 + n,).
+        force: Known generalised force: gravity, known contacts, and torques of the
+            joints, (6 + n,).
+
+    Source: R eqs. (11) and (16), with w = I0^-1 p0, so that H_fb dq = p_j - F^T w.
+    """
+    momentum = mass @ velocity
+    factor, _ = dpotrf(mass[:6, :6], lower=1)
+    both = np.zeros((2, len(velocity)))  # v, and w with zeros behind it
+    both[0] = velocity
+    both[1, :6], _ = dpotrs(factor, momentum[:6], lower=1)
+    rate, drift = both @ coriolis
+    rate += force
+    drift += coriolis[:, :6] @ both[1, :6]  # now (C + C^T) w = dM/dt w
+    lost = rate - drift
+    shares = both[:, :6]
+    shares[0], _ = dpotrs(factor, lost[:6], lower=1)
+    coupled = shares @ mass[:6, 6:]
+    return FloatingTerms(momentum, rate, momentum[6:] - coupled[1], lost[6:] - coupled[0])

@@ -1,0 +1,77 @@
+"""First-order momentum observers, discretised exactly."""
+
+import numpy as np
+
+Array = np.ndarray
+
+
+class MomentumFilter:
+    """Estimates what drives a momentum beyond its known rate, low-passed.
+
+    With p the momentum, b its known rate and f the unknown rest, dp/dt = b + f, the
+    residual obeys dr/dt = K (f - r), which is the derivative of R eqs. (7), (11) and (16).
+    Between two samples f is taken as its mean, (p1 - p0)/h - (b0 + b1)/2, and the
+    filter is then solved exactly: r1 = exp(-K h) r0 + (1 - exp(-K h)) f. It is stable
+    for every gain and step, starts at zero whatever the momentum is, and changes its
+    gain without a jump.
+
+    Args:
+        size: Number of channels.
+        gain: Gain of every channel, scalar or (size,) 1/s.
+    """
+
+    def __init__(self, size: int, gain: float | Array):
+        self.residual = np.zeros(size)
+        self._momentum = np.zeros(size)
+        self._rate = np.zeros(size)
+        self._step = 0.0  # [s] for which the decay was computed
+        self._started = False
+        self._unknown = np.zeros(size)
+        self.gain = gain
+
+    @property
+    def gain(self) -> Array:
+        """Gains, (size,) 1/s."""
+        return self._gain
+
+    @gain.setter
+    def gain(self, value: float | Array) -> None:
+        gain = np.broadcast_to(np.asarray(value, dtype=float), self.residual.shape).copy()
+        if not np.all(gain > 0.0):
+            raise ValueError(f"residual gains must be positive, got {value}")
+        self._gain = gain
+        self._step = 0.0
+
+    def reset(self) -> None:
+        """Forget the momentum; the residual starts again from zero."""
+        self.residual[:] = 0.0
+        self._started = False
+
+    def step(self, momentum: Array, rate: Array, period: float) -> Array:
+        """Take momentum and known rate, (size,), ``period`` seconds after the last ones.
+
+        Returns the residual, (size,), in the unit of the rate; overwritten by the next call.
+        """
+        if self._started:
+            self._advance(momentum, rate, period)
+        self.rebase(momentum, rate)
+        return self.residual
+
+    def rebase(self, momentum: Array, rate: Array) -> None:
+        """Replace the last sample by one seen from another frame; the residual stays."""
+        self._momentum[:] = momentum
+        self._rate[:] = rate
+        self._started = True
+
+    def _advance(self, momentum: Array, rate: Array, period: float) -> None:
+        if period != self._step:
+            self._step = period
+            self._blend = -np.expm1(-self._gain * period)
+        unknown = np.subtract(momentum, self._momentum, out=self._unknown)
+        unknown *= 1.0 / period
+        mean_rate = np.add(self._rate, rate, out=self._rate)
+        mean_rate *= 0.5
+        unknown -= mean_rate
+        unknown -= self.residual
+        unknown *= self._blend
+        self.residual += unknown

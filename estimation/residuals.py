@@ -1,0 +1,167 @@
+"""Internal, external and classical residuals of a robot, sample by sample."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from estimation.floating_terms import floating_terms
+from estimation.free_fall import FreeFallVelocity
+from estimation.momentum_filter import MomentumFilter
+from estimation.residual_model import is_measured, residual_model
+from robot_model import Robot
+
+Array = np.ndarray
+
+
+class ResidualSample(NamedTuple):
+    """Residuals: generalised forces of touches, by the joints and by the base."""
+
+    internal: Array  # (n,) N m, R eq. (11)
+    external: Array  # (6,) [N, N m] in base axes about the base's origin, R eq. (16)
+    classical: Array  # (n,) N m, R eq. (7)
+
+
+class FloatingResiduals:
+    """Residuals of a floating-base robot whose supports are measured.
+
+    Torques are those of the motors: the momentum holds the rotors, and viscous and
+    Coulomb friction are taken from the torques. Readings of the supports' sensors are
+    known contacts (R eq. 10). The base's velocity is that of a freely falling frame
+    (``FreeFallVelocity``), so neither attitude nor an estimate of the base is needed.
+
+    Args:
+        robot: The robot.
+        support: Kind of support, "floor" or "none".
+        internal_gain, external_gain: 1/s, scalar or (n,) and (6,).
+        rebase_time: How long the frame falls before it is taken anew [s].
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        support: str = "floor",
+        internal_gain: float | Array = 25.0,
+        external_gain: float | Array = 25.0,
+        rebase_time: float = 0.2,
+    ):
+        if not is_measured(robot, support):
+            raise ValueError(f"support '{support}' of {robot.name} is not measured")
+        self.robot = robot
+        self._layout = layout = residual_model(robot, support)
+        self._model = layout.model
+        self._model.gravity.linear = np.zeros(3)
+        self._bind(layout.joint_v)
+        self._filter = MomentumFilter(6 + 2 * robot.n, 1.0)
+        self.set_gains(internal_gain, external_gain)
+        self._fall = FreeFallVelocity()
+        self._rebase_time = rebase_time
+        self._age = -1.0  # [s] of the falling frame; negative before the first sample
+
+    def set_gains(self, internal: float | Array, external: float | Array) -> None:
+        """Set gains [1/s]; ``internal`` (n,) in the description's order, also for classical."""
+        gain = np.zeros_like(self._filter.gain)
+        gain[:6] = external
+        gain[self._internal] = internal
+        gain[self._classical] = internal
+        self._filter.gain = gain
+
+    def reset(self) -> None:
+        """Start again from zero with the next sample."""
+        self._filter.reset()
+        self._age = -1.0
+
+    def step(
+        self,
+        q: Array,
+        dq: Array,
+        motor_torque: Array,
+        ft: Array,
+        gyro: Array,
+        acc: Array,
+        period: float,
+    ) -> None:
+        """Take one sample, ``period`` seconds after the last one; then see ``sample``.
+
+        Args:
+            q, dq, motor_torque: (n,) rad, rad/s, N m.
+            ft: Readings, (k, 6) parent on child, sensor frames.
+            gyro, acc: Angular velocity and proper acceleration of the first IMU, (3,).
+        """
+        self._imu_twist[3:] = gyro
+        if self._age < 0.0:
+            self._fall.reset(gyro, acc)
+            self._age = 0.0
+        else:
+            self._fall.step(gyro, acc, period)
+            self._age += period
+        self._place(q, dq)
+        self._act(dq, motor_torque, ft)
+        self._move()
+        self._filter.step(self._momentum, self._rate, period)
+        if self._age >= self._rebase_time:
+            self._fall.reset(gyro, acc)
+            self._age = 0.0
+            self._move()
+            self._filter.rebase(self._momentum, self._rate)
+
+    @property
+    def sample(self) -> ResidualSample:
+        """The residuals after the last step; zero after a reset."""
+        residual = self._filter.residual
+        return ResidualSample(
+            residual[self._internal], residual[:6].copy(), residual[self._classical]
+        )
+
+    def _bind(self, joint_v: Array) -> None:
+        """Take views of Pinocchio's results, which stay where they are in memory."""
+        robot, nv = self.robot, self._model.nv
+        self._data = data = self._model.createData()
+        self._mass, self._coriolis = data.M, data.C
+        self._columns = data.J.T  # a row per row of v
+        self._q = pin.neutral(self._model)
+        self._v, self._known = np.zeros(nv), np.zeros(nv)
+        self._internal, self._classical = joint_v, joint_v + robot.n
+        self._momentum, self._rate = np.zeros(nv + robot.n), np.zeros(nv + robot.n)
+        self._imu_twist = np.zeros(6)
+        self._carries_imu = np.zeros(nv)
+        self._carries_imu[self._layout.imu_v] = 1.0
+        self._wrenches = np.zeros((len(self._layout.sensors), 6))
+        # in Pinocchio's order: adding arrays of unlike orders takes four times as long
+        self._rotors = np.zeros((nv, nv), order="F")
+        self._rotors[np.ix_(joint_v, joint_v)] = robot.rotor_inertia
+        self._slips = bool(robot.coulomb.any())
+
+    def _place(self, q: Array, dq: Array) -> None:
+        self._q[self._layout.joint_q] = q
+        self._v[self._layout.joint_v] = dq
+        pin.crba(self._model, self._data, self._q, pin.Convention.WORLD)  # fills J too
+        self._mass += self._rotors
+
+    def _act(self, dq: Array, motor_torque: Array, ft: Array) -> None:
+        """Compute the known generalised forces: motors, friction, supports."""
+        layout, robot, known = self._layout, self.robot, self._known
+        known.fill(0.0)
+        if layout.sensor_frames:
+            for row, frame in enumerate(layout.sensor_frames):
+                place = pin.updateFramePlacement(self._model, self._data, frame)
+                # the foot on its parent: minus the reading
+                self._wrenches[row] = place.toDualActionMatrix() @ -ft[layout.sensors[row]]
+            np.einsum("ij,ij->i", self._columns, layout.chains @ self._wrenches, out=known)
+        torque = motor_torque - robot.viscous * dq
+        if self._slips:
+            torque -= robot.coulomb * np.sign(dq)
+        known[layout.joint_v] += torque
+
+    def _move(self) -> None:
+        """Compute momenta and rates, rows [base, internal, classical], (6 + 2 n,)."""
+        v, nv, data, layout = self._v, self._model.nv, self._data, self._layout
+        self._imu_twist[:3] = self._fall.velocity
+        imu_map = pin.updateFramePlacement(self._model, data, layout.imu_frame).toActionMatrix()
+        v[:6] = imu_map @ self._imu_twist - (v * self._carries_imu) @ self._columns
+        pin.computeCoriolisMatrix(self._model, data, self._q, v)
+        terms = floating_terms(self._mass, self._coriolis, v, self._known)
+        momentum, rate = self._momentum, self._rate
+        momentum[:6], rate[:6] = terms.momentum[:6], terms.rate[:6]
+        momentum[6:nv], rate[6:nv] = terms.internal_momentum, terms.internal_rate
+        momentum[nv:], rate[nv:] = terms.momentum[6:], terms.rate[6:]
