@@ -1,0 +1,7 @@
+"""Run the sensor server: ``python -m services.sensor_server``."""
+
+from bus.service import serve
+from services.sensor_server.config import SensorServerConfig
+from services.sensor_server.service import main
+
+serve(main, SensorServerConfig, name="sensor_server", package=__package__)

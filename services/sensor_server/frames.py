@@ -1,0 +1,94 @@
+"""The sensor frame, its views, and what is said while the driver is silent."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from bus import Node
+from estimation.sensor_pipeline import SensorPipeline
+from robot_model import Robot, ports
+from robot_model.ft_convention import raw_to_wrenchbus
+from robot_model.messages import SensorFrame
+from services.sensor_server.config import SensorServerConfig
+from services.sensor_server.driver import FtConvention, Reading
+from services.sensor_server.views import Views
+
+INVALID_PERIOD = 0.02  # s between invalid frames while the driver is silent
+
+
+class Frames:
+    """Turns readings into sensor frames and writes them, and invalid ones during silence."""
+
+    def __init__(
+        self, node: Node, robot: Robot, config: SensorServerConfig, convention: FtConvention
+    ):
+        self._robot = robot
+        self._maps = raw_to_wrenchbus(robot) if convention == "urdf" else None
+        self._nothing = _nothing(robot)
+        self._complained = 0.0  # s
+        self.reading: Reading | None = None  # the last valid one
+        self.frame = self._nothing
+        types = {"model": robot.model_hash, "dimensions": robot.dimensions}
+        self._output = node.output(
+            ports.name("sensors", robot), SensorFrame, rate=config.rate, **types
+        )
+        self._views = Views(node, robot, config.rate)
+        self.configure(config)
+
+    def configure(self, config: SensorServerConfig) -> None:
+        """Take a new filter; its window starts empty."""
+        filter = config.filter
+        self._pipeline = SensorPipeline(
+            self._robot, period=1.0 / config.rate, delay=filter.delay, bridge=filter.bridge
+        )
+
+    def publish(self, reading: Reading) -> bool:
+        """Write the sensor frame of a valid reading; True when its stamp jumped back."""
+        restarted = self.reading is not None and reading.stamp < self.reading.stamp
+        raw = reading.frame
+        if self._maps is not None:
+            raw = replace(raw, ft=np.einsum("kij,kj->ki", self._maps, raw.ft))
+        self.reading, self.frame = reading, self._pipeline.step(raw, reading.stamp)
+        self._write(self.frame, self._pipeline.reason)
+        return restarted
+
+    def complain(self, reason: str) -> None:
+        """Write an invalid frame, 50 times per second at most, once there was a valid one."""
+        now = time.monotonic()
+        if reason and self.reading and now - self._complained >= INVALID_PERIOD:
+            self._complained = now
+            self.frame = self._nothing
+            self._write(self.frame, reason)
+
+    def _write(self, frame: SensorFrame, reason: str) -> None:
+        assert self.reading is not None
+        _, stamp, clock, acquired, _, _ = self.reading
+        for write in (self._output.write, self._views.write):
+            write(
+                frame,
+                stamp=stamp,
+                clock=clock,
+                acquired=acquired,
+                valid=not reason,
+                reason=reason,
+            )
+
+
+def _nothing(robot: Robot) -> SensorFrame:
+    n, k, m = (robot.dimensions[letter] for letter in "nkm")
+    joints, imus = np.zeros(n), np.zeros((m, 3))
+    return SensorFrame(
+        q=joints,
+        dq=joints,
+        ddq=joints,
+        motor_torque=joints,
+        ft=np.zeros((k, 6)),
+        imu_gyro=imus,
+        imu_acc=imus,
+        imu_dgyro=imus,
+        joint_valid=np.zeros(n, dtype=bool),
+        ft_valid=np.zeros(k, dtype=bool),
+        imu_valid=np.zeros(m, dtype=bool),
+        motor_torque_valid=False,
+    )
