@@ -1,0 +1,141 @@
+"""The session's clock: wall time, or the simulated time that a plant publishes.
+
+A clock runs, is paused, or is absent: a plant publishes at 10 Hz or more of wall
+time, also when paused, so a silent clock is an absent one. A reset is a jump back.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from bus.envelope import SIMULATED, WALL
+
+if TYPE_CHECKING:
+    from bus.input import Input
+    from bus.node import Node
+
+SILENCE = 0.5  # s of wall time after which a clock is absent
+State = Literal["running", "paused"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clock:
+    """Simulated time."""
+
+    TYPE: ClassVar[str] = "Clock/1"
+    time: int = field(metadata={"unit": "ns"})
+    state: State = field(metadata={"unit": ""})
+
+
+class SessionClock:
+    """What a process knows of the clock; wall time where no clock port is followed."""
+
+    def __init__(self, lockstep: bool = False):
+        self.lockstep = lockstep
+        self.resets = 0  # jumps back seen so far
+        self.resumed_at = 0  # monotonic [ns] of the last end of a pause, 0 without one
+        self._time = 0
+        self._paused_at = 0
+        self._seen_at = 0
+        self._input: Input | None = None
+        self._wait: Callable[[float], bool] | None = None
+
+    def follow(self, clock: "Input", wait: Callable[[float], bool]) -> None:
+        """Take the time from an input of type Clock; ``wait`` is the node's."""
+        self._input, self._wait = clock, wait
+
+    @property
+    def simulated(self) -> bool:
+        """Whether a clock port is followed."""
+        return self._input is not None
+
+    @property
+    def state(self) -> str:
+        """``running``, ``paused`` or ``absent``."""
+        self.poll()
+        if not self.alive:
+            return "absent"
+        return "paused" if self._paused_at else "running"
+
+    @property
+    def time(self) -> int:
+        """The session's time [ns]: simulated (0 before the first), or wall time."""
+        if self._input is None:
+            return time.time_ns()
+        self.poll()
+        return self._time
+
+    @property
+    def alive(self) -> bool:
+        """Whether a clock was heard lately."""
+        return self._seen_at > 0 and time.monotonic_ns() - self._seen_at < SILENCE * 1e9
+
+    @property
+    def paused_at(self) -> int:
+        """Monotonic time at which the present pause began [ns], 0 when the clock runs."""
+        return self._paused_at if self._paused_at and self.alive else 0
+
+    def now(self) -> tuple[int, int]:
+        """Return a stamp of now [ns] and which clock it is of."""
+        return self.time, SIMULATED if self.simulated else WALL
+
+    def poll(self) -> None:
+        """Take in what the clock port has delivered."""
+        while self._input is not None and (received := self._input.read()) is not None:
+            self._note(received.data, received.arrival)
+
+    def wait_until(self, stamp: int, timeout: float) -> bool:
+        """Wait for a simulated time [ns], at most ``timeout`` seconds of wall time.
+
+        Returns whether it was reached; False also when the clock was reset meanwhile.
+        """
+        resets, deadline = self.resets, time.monotonic() + timeout
+        while self.time < stamp and self.resets == resets:
+            remaining = deadline - time.monotonic()
+            if remaining <= 0:
+                return False
+            self._pass(remaining if self.simulated else min(remaining, (stamp - self.time) * 1e-9))
+        return self.resets == resets
+
+    def _pass(self, seconds: float) -> None:
+        if self._wait is not None:
+            self._wait(seconds)
+        else:
+            time.sleep(max(seconds, 0.0))
+
+    def _note(self, clock: Clock, arrival: int) -> None:
+        if clock.time < self._time:
+            self.resets += 1
+        if clock.state == "paused":
+            self._paused_at = self._paused_at or arrival
+        elif self._paused_at:
+            self._paused_at, self.resumed_at = 0, arrival
+        self._time, self._seen_at = clock.time, arrival
+
+
+class ClockServer:
+    """Publishes the plant's time; the node's own waits keep it going while paused."""
+
+    def __init__(self, node: "Node", port: str, rate: float = 100.0):
+        self._output = node.output(port, Clock, rate=rate)
+        self._period = int(1e9 / rate)
+        self._latest: Clock | None = None
+        self._published_at = 0
+        node.beats.append(self.beat)
+
+    def update(self, stamp: int, state: State = "running") -> None:
+        """Tell the time [ns]; published at the clock's rate, and at once when it matters."""
+        before, self._latest = self._latest, Clock(time=stamp, state=state)
+        if before is None or before.state != state or state == "paused" or stamp < before.time:
+            changed = before is None or before != self._latest
+            self._published_at = 0 if changed else self._published_at
+        self.beat()
+
+    def beat(self) -> None:
+        """Publish when it is time to; called by the node while it waits."""
+        now = time.monotonic_ns()
+        if self._latest is None or now - self._published_at < self._period:
+            return
+        self._published_at = now
+        self._output.write(self._latest, stamp=self._latest.time, clock=SIMULATED)

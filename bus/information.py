@@ -1,0 +1,33 @@
+"""Every node tells what its ports are doing, without its main thread's help."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import msgpack
+import zenoh
+from zenoh.handlers import Callback
+
+from bus.schema import plain
+
+INFORMATION = "@wb/info"
+
+
+class InformationServer:
+    """Answers ``@wb/info/<node>`` with the information of the port named in the request."""
+
+    def __init__(self, session: zenoh.Session, node: str, ports: Mapping[str, Any]):
+        self._ports = ports
+        self._queryable = session.declare_queryable(
+            f"{INFORMATION}/{node}", Callback(self._answer, indirect=False)
+        )
+
+    def close(self) -> None:
+        """Answer no more."""
+        self._queryable.undeclare()
+
+    def _answer(self, query: zenoh.Query) -> None:
+        try:
+            name = query.payload.to_bytes().decode() if query.payload is not None else ""
+            query.reply(query.key_expr, msgpack.packb(plain(self._ports[name].info())))
+        except (KeyError, ValueError):
+            query.reply_err(msgpack.packb({"error": "no such port in this process"}))

@@ -1,0 +1,334 @@
+"""A process on the bus: its session, its ports, its RPC, its clock."""
+
+import threading
+import time
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import zenoh
+
+from bus import runtime_directory
+from bus.claims import claim, describe
+from bus.clock import Clock, SessionClock
+from bus.directory import Directory
+from bus.errors import BusError, NameTaken
+from bus.freshness import Freshness
+from bus.information import InformationServer
+from bus.input import Input
+from bus.lockstep import Participant
+from bus.names import check_name
+from bus.output import MAX_MESSAGE, Output
+from bus.parameters import Parameters
+from bus.rpc import call
+from bus.rpc_server import Handler, RpcServer
+from bus.session import LOOPBACK, open_session
+from bus.signals import stop_flag
+from bus.tokens import Owner, Token, ready_key
+from bus.waiter import SLICE, Waiter
+
+Port = Output | Input | RpcServer
+AnyPort = TypeVar("AnyPort", Output, Input, RpcServer)
+CLAIM_TIMEOUT = 10.0  # s
+
+
+class Node:
+    """One service's place on the bus; use it in a ``with`` statement.
+
+    Ports may be opened before `ready` (they claim their names together) or after it
+    (each claims its name at once). All but `Output.write` belongs to one thread.
+
+    Args:
+        name: The service's name, as in ``torque_observer``.
+        connect: The hub's endpoint; None finds it ($WRENCHBUS_CONNECT, runtime directory).
+        listen: Where other processes reach this one; None is a free loopback port.
+        namespace: Prefix of all keys; None takes that of the entry found.
+        zenoh_config: A Zenoh JSON5 file laid under our settings (certificates, access).
+        clock_port: The simulated clock to follow, as in ``/icub/clock:o``.
+        lockstep: Acknowledge stamps to the plant, and never judge by wall time.
+        insecure: Allow endpoints that leave this machine without protection.
+        signals: Let SIGTERM and SIGINT end this node (main thread only).
+    """
+
+    def __init__(
+        self,
+        name: str,
+        connect: str | None = None,
+        listen: str | None = None,
+        namespace: str | None = None,
+        zenoh_config: str | Path | None = None,
+        clock_port: str | None = None,
+        lockstep: bool = False,
+        insecure: bool = False,
+        signals: bool = True,
+        parameters: Parameters | None = None,
+    ):
+        check_name(f"/{name}/rpc:i")
+        endpoint, found = runtime_directory.resolve(connect)
+        self.name, self.endpoint = name, endpoint
+        self.namespace = found if namespace is None else namespace
+        self._closed = self._stopped = False
+        self._closing = threading.Lock()
+        self._parts: list[Any] = []
+        self._ready = False
+        self._failure: BusError | None = None
+        self.opened_at = time.monotonic()
+        self._waiter = Waiter()
+        self._ports: dict[str, Port] = {}
+        self._servers: list[RpcServer] = []
+        self._tokens: list[zenoh.LivelinessToken] = []
+        self.beats: list[Callable[[], None]] = []  # called at every wait
+        self.parameters = parameters or Parameters()
+        self.clock = SessionClock(lockstep)
+        self.session = open_session(
+            "peer", [endpoint], [listen or LOOPBACK], self.namespace, zenoh_config, insecure
+        )
+        _close_before_joining_threads(self)
+        self._signals = signals and stop_flag.install()
+        try:
+            self._open(clock_port, lockstep)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, clock_port: str | None, lockstep: bool) -> None:
+        self.owner = Owner.this_process(self.name, str(self.session.zid()))
+        self.directory = Directory(self.session, self._on_port)
+        self._parts = [
+            self.directory,
+            InformationServer(self.session, self.owner.node, self._ports),
+        ]
+        self._rpc_name = f"/{self.name}/rpc:i"
+        self.rpc(self._rpc_name, {})
+        self.lockstep = Participant(self, lockstep)
+        if clock_port is not None:
+            port = self.input(f"/{self.name}/clock:i", Clock, source=clock_port, depth=4)
+            self.clock.follow(port, self.wait)
+
+    def output(
+        self,
+        name: str,
+        message_type: type,
+        rate: float | None = None,
+        model: str = "",
+        dimensions: Mapping[str, int] | None = None,
+        reliable: bool = False,
+        max_message: int = MAX_MESSAGE,
+    ) -> Output:
+        """Open an output (``:o``), or a direct writer onto an input's name (``:i``).
+
+        Args:
+            rate: Nominal rate [Hz], for those who list the port.
+            model: Short hash of the robot's joints, carried by every message.
+            dimensions: Numbers behind the symbols of the type's shapes.
+            reliable: For rare commands: wait at most 20 ms instead of dropping.
+            max_message: Limit of one message [bytes].
+        """
+        direct = name.endswith(":i")
+        check_name(name, "" if direct else "output")
+        arguments = (rate or 0.0, model, dimensions, reliable, max_message, self.clock.now)
+        if direct:
+            return Output(self.session, name, message_type, *arguments)
+        self._free(name)
+        return self._add(Output(self.session, name, message_type, *arguments))
+
+    def input(
+        self,
+        name: str,
+        message_type: type,
+        source: str | Sequence[str] = (),
+        depth: int = 1,
+        rate: float | None = None,
+        model: str = "",
+        dimensions: Mapping[str, int] | None = None,
+        max_message: int = MAX_MESSAGE,
+    ) -> Input:
+        """Open an input.
+
+        Args:
+            source: Name or names of the ports that it reads; its own key is always read.
+            depth: 1 keeps the newest message only, N the newest N in order.
+            rate: Nominal rate of the stream [Hz], which decides when it is stale.
+            model: Refuse messages that carry another hash.
+        """
+        sources = [source] if isinstance(source, str) else list(source)
+        for each in (check_name(name, "input"), *sources):
+            check_name(each)
+        self._free(name)
+        freshness = Freshness(sources or [name], rate or 0.0, self.clock, self._exists)
+        return self._add(
+            Input(
+                *(self.session, name, message_type, self.directory, self._waiter, freshness),
+                *(sources, depth, rate or 0.0, model, dimensions, max_message),
+            )
+        )
+
+    def rpc(self, port: str, handlers: Mapping[str, Handler]) -> RpcServer:
+        """Open an RPC port, or add verbs to one that is open already."""
+        server = self._ports.get(port)
+        if server is None:
+            check_name(port, "rpc")
+            server = self._add(RpcServer(self.session, port, self._waiter))
+            self._servers.append(server)
+            server.add("status", self.status, "state of this service")
+            server.add("param", self._param, "list, get or set a parameter")
+        if not isinstance(server, RpcServer):
+            raise BusError(f"{port} is open already, and not an RPC port")
+        for verb, handler in handlers.items():
+            server.add(verb, handler)
+        return server
+
+    def verb(self, verb: str, handler: Handler, help: str = "") -> None:
+        """Add a verb to this service's own RPC port, ``/<service>/rpc:i``."""
+        self.rpc(self._rpc_name, {}).add(verb, handler, help)
+
+    def call(
+        self, port: str, verb: str, arguments: dict[str, Any] | None = None, timeout: float = 5.0
+    ) -> Any:
+        """Ask an RPC port; see `bus.rpc.call`."""
+        return call(self, port, verb, arguments, timeout)
+
+    def ready(self, timeout: float = CLAIM_TIMEOUT) -> None:
+        """Wait until all names are ours, then tell everybody that this service is ready.
+
+        Raises NameTaken when another process has one of them, BusError when no hub answers.
+        """
+        self._claim(list(self._ports.values()), timeout)
+        self._ready = True
+        # last of all: who sees this token may rely on every port
+        self._tokens.insert(0, self.session.liveliness().declare_token(ready_key(self.owner)))
+
+    @property
+    def running(self) -> bool:
+        """False once SIGTERM or SIGINT came, or the node was stopped or closed."""
+        return not (self._stopped or (self._signals and stop_flag.set))
+
+    def stop(self) -> None:
+        """Make `running` False, from any thread."""
+        self._stopped = True
+        self._waiter.wake()
+
+    def wait(self, timeout: float) -> bool:
+        """Wait for a message, at most ``timeout`` seconds; return whether something came.
+
+        RPC handlers run in here. Raises NameTaken when another process took a name of ours.
+        """
+        came = self._waiter.wait(timeout)
+        if not came and timeout > SLICE:
+            came = self._wait_on(time.monotonic() + timeout - SLICE)
+        for beat in self.beats:
+            beat()
+        if came:
+            for server in self._servers:
+                if server.waiting:
+                    server.run()
+            self.clock.poll()
+        if self._failure is not None:
+            raise self._failure
+        return came
+
+    def status(self) -> dict[str, Any]:
+        """Return the state of this service."""
+        inputs = [port for port in self._ports.values() if isinstance(port, Input)]
+        return {
+            "service": self.name,
+            "pid": self.owner.pid,
+            "host": self.owner.host,
+            "ready": self._ready,
+            "uptime_s": time.monotonic() - self.opened_at,
+            "clock": self.clock.state,
+            "stale": {port.name: port.reason for port in inputs if port.rate and port.reason},
+        }
+
+    def acknowledge(self, stamp: int) -> None:
+        """Acknowledge a stamp [ns] to the plant; does nothing unless in lockstep."""
+        self.lockstep.acknowledge(stamp)
+
+    def close(self) -> None:
+        """Leave the bus; may be called again. Everything has stopped when it returns."""
+        with self._closing:
+            if self._closed:
+                return
+            self._closed = self._stopped = True
+            self._close()
+
+    def _close(self) -> None:
+        for token in self._tokens:
+            token.undeclare()
+        for port in self._ports.values():
+            port.close()
+        for part in self._parts:
+            part.close()
+        self.session.close()
+        if self._signals:
+            stop_flag.uninstall()
+
+    def __enter__(self) -> "Node":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _param(self, action: str, name: str = "", value: Any = None) -> Any:
+        return self.parameters.handle(action, name, value)
+
+    def _wait_on(self, deadline: float) -> bool:
+        while self.running and (remaining := deadline - time.monotonic()) > 0:
+            if self._waiter.wait(remaining):
+                return True
+            for beat in self.beats:
+                beat()
+        return False
+
+    def _free(self, name: str) -> None:
+        if name in self._ports:
+            raise NameTaken(f"{name} is open already in this process")
+
+    def _add(self, port: AnyPort) -> AnyPort:
+        self._ports[port.name] = port
+        if self._ready:
+            self._claim([port], CLAIM_TIMEOUT)
+        return port
+
+    def _claim(self, ports: Sequence[Port], timeout: float) -> None:
+        tokens = [self._token(port) for port in ports]
+        claim(self.session, tokens, time.monotonic() + timeout, self.endpoint)
+        declare = self.session.liveliness().declare_token
+        self._tokens += [declare(token.key()) for token in tokens]
+        for port in ports:
+            if isinstance(port, Output):
+                port.standing = True
+
+    def _token(self, port: Port) -> Token:
+        return Token(
+            *(port.name, port.direction, port.type_name, port.rate, self.owner),
+            *(port.epoch, port.source, port.sources),
+        )
+
+    def _exists(self, name: str) -> bool:
+        return self.directory.leader(name) is not None
+
+    def _on_port(self, token: Token) -> None:
+        """Resign, in Zenoh's thread, when a higher one stands on a name of ours."""
+        port = self._ports.get(token.name)
+        if port is None or (port.epoch, port.source) >= token.rank:
+            return
+        if isinstance(port, Output):
+            port.standing = False
+        self._failure = NameTaken(f"lost {token.name}: {describe(token)}")
+        self._waiter.wake()
+
+
+def _close_before_joining_threads(node: Node) -> None:
+    """Close a forgotten node at exit: atexit is too late, it runs after the pumps are joined."""
+    register = getattr(threading, "_register_atexit", None)
+    reference = weakref.ref(node)
+
+    def close() -> None:
+        forgotten = reference()
+        if forgotten is not None:
+            forgotten.close()
+
+    if register is not None:
+        register(close)

@@ -1,0 +1,118 @@
+"""A service's live settings: listed, read and set over RPC, validated by their pydantic model."""
+
+from collections.abc import Callable
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from bus.names import did_you_mean
+
+Listener = Callable[[Any, Any], None]
+
+
+class NoSettings(BaseModel):
+    """Settings of a node that has none."""
+
+
+class Parameters:
+    """``value`` is a frozen pydantic model, replaced as a whole by every change."""
+
+    def __init__(self, value: BaseModel | None = None):
+        self.value: Any = value or NoSettings()
+        self._listeners: list[Listener] = []
+
+    def on_change(self, listener: Listener) -> None:
+        """Call ``listener(old, new)`` in the main thread; an exception of it undoes the change."""
+        self._listeners.append(listener)
+
+    def names(self) -> list[str]:
+        """Return the dotted names of all settings."""
+        return list(_flatten(self.value.model_dump(mode="json")))
+
+    def get(self, name: str) -> Any:
+        """Return one setting (or a group of them) by its dotted name."""
+        value: Any = self.value.model_dump(mode="json")
+        for key in name.split("."):
+            if not isinstance(value, dict) or key not in value:
+                raise LookupError(self._unknown(name))
+            value = value[key]
+        return value
+
+    def set(self, name: str, value: Any) -> Any:
+        """Set one setting; return the value as validated, raise ValueError with pydantic's reason."""
+        self.get(name)
+        changed = self.value.model_dump()
+        *path, last = name.split(".")
+        place = changed
+        for key in path:
+            place = place[key]
+        place[last] = value
+        self.replace(validate(type(self.value), changed))
+        return self.get(name)
+
+    def replace(self, new: BaseModel) -> None:
+        """Put a whole new value in force."""
+        old, self.value = self.value, new
+        try:
+            for listener in self._listeners:
+                listener(old, new)
+        except Exception:
+            self.value = old
+            raise
+
+    def handle(self, action: str, name: str = "", value: Any = None) -> Any:
+        """Answer the verb ``param``: ``list``, ``get`` or ``set``."""
+        if action == "list":
+            return _flatten(self.value.model_dump(mode="json"))
+        if action == "get":
+            return self.get(name)
+        if action == "set":
+            return self.set(name, value)
+        raise ValueError(f"param: expected action list, get or set, got {action!r}")
+
+    def _unknown(self, name: str) -> str:
+        names = self.names()
+        listed = ", ".join(names) or "none"
+        return f"unknown parameter {name!r}{did_you_mean(name, names)}; there are: {listed}"
+
+
+def validate(model: type[BaseModel], values: Any) -> BaseModel:
+    """Return a validated model, or raise ValueError with one line per fault."""
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        raise ValueError("; ".join(explain(error, model))) from None
+
+
+def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
+    """Return pydantic's complaints as ``key: message, got value``; unknown keys with what exists."""
+    return [_explain(item, model) for item in error.errors(include_url=False)]
+
+
+def _explain(item: Any, model: type[BaseModel]) -> str:
+    key = ".".join(map(str, item["loc"])) or "settings"
+    if item["type"] == "extra_forbidden":
+        names = list(_flatten_fields(model))
+        return f"{key}: unknown key{did_you_mean(key, names)}; there are: {', '.join(names)}"
+    return f"{key}: {item['msg']}, got {item['input']!r:.80}"
+
+
+def _flatten_fields(model: type[BaseModel], prefix: str = "") -> list[str]:
+    names = []
+    for name, field in model.model_fields.items():
+        kind = field.annotation
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            names += _flatten_fields(kind, f"{prefix}{name}.")
+        else:
+            names.append(prefix + name)
+    return names
+
+
+def _flatten(values: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in values.items():
+        if isinstance(value, dict) and value:
+            flat |= _flatten(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
+    return flat

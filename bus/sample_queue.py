@@ -1,0 +1,30 @@
+"""The queue between an input's pumps and the main thread."""
+
+import threading
+from collections import deque
+from typing import Any
+
+
+class SampleQueue:
+    """Keeps the newest ``depth`` items; ``dropped`` counts those that newer ones pushed out."""
+
+    def __init__(self, depth: int):
+        self.dropped = 0
+        self._depth = depth
+        self._items: deque[Any] = deque()
+        self._lock = threading.Lock()
+
+    def push(self, item: Any) -> None:
+        """Append an item, at the cost of the oldest when full."""
+        with self._lock:
+            if len(self._items) >= self._depth:
+                self._items.popleft()
+                self.dropped += 1
+            self._items.append(item)
+
+    def pop(self) -> Any:
+        """Return the oldest item, or None."""
+        if not self._items:  # the common case of a poll, without the lock
+            return None
+        with self._lock:
+            return self._items.popleft()

@@ -1,0 +1,77 @@
+"""The one place that opens Zenoh sessions, with settings that were found to work."""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from bus.errors import BusError
+
+LEASE = 2.0  # s until a stopped process's names vanish; a killed one's vanish at once
+MAX_MESSAGE = 4 << 20  # bytes on any link; each port has a smaller limit of its own
+LOOPBACK = "tcp/127.0.0.1:0"
+
+_SETTINGS = {
+    "scouting/multicast/enabled": False,
+    "scouting/gossip/enabled": True,
+    "transport/shared_memory/enabled": False,  # no gain below 4 KB, and it can lose silently
+    "transport/link/tx/lease": int(1000 * LEASE),
+    "transport/unicast/open_timeout": 1000,
+    "connect/timeout_ms": -1,  # an absent hub is waited for in the background
+    "connect/exit_on_failure": False,
+    "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2},
+    "transport/link/tx/queue/size/real_time": 16,  # with 2, express and DROP lose under load
+    # a reader that does not take a reliable message within 20 ms is disconnected, not waited for
+    "transport/link/tx/queue/congestion_control/block/wait_before_close": 20000,
+    "transport/link/rx/max_message_size": MAX_MESSAGE,
+}
+
+
+def open_session(
+    mode: str = "peer",
+    connect: Iterable[str] = (),
+    listen: Iterable[str] = (),
+    namespace: str = "",
+    zenoh_config: str | Path | None = None,
+    insecure: bool = False,
+) -> zenoh.Session:
+    """Open a session; ``zenoh_config`` is a JSON5 file laid under our settings.
+
+    Endpoints that leave this machine are refused unless ``insecure``: without
+    certificates anybody on the network could move the robot.
+    """
+    endpoints = [*connect, *listen]
+    if not insecure and zenoh_config is None:
+        check_local(endpoints)
+    settings: dict[str, Any] = {**_SETTINGS, "mode": mode}
+    settings["connect/endpoints"], settings["listen/endpoints"] = list(connect), list(listen)
+    if namespace:
+        settings["namespace"] = namespace
+    try:
+        config = zenoh.Config.from_file(str(zenoh_config)) if zenoh_config else zenoh.Config()
+        for key, value in settings.items():
+            config.insert_json5(key, json.dumps(value))
+        return zenoh.open(config)
+    except (zenoh.ZError, ValueError, OSError) as error:
+        raise BusError(f"cannot open the bus ({', '.join(endpoints)}): {error}") from error
+
+
+def check_local(endpoints: Iterable[str]) -> None:
+    """Raise when an endpoint can be reached from, or reaches, another machine."""
+    for endpoint in endpoints:
+        if not is_local(endpoint):
+            raise BusError(
+                f"endpoint {endpoint} leaves this machine and nothing protects it: expected"
+                " tcp/127.0.0.1:PORT; pass --insecure to allow it, or a Zenoh configuration"
+                " (-c) with certificates"
+            )
+
+
+def is_local(endpoint: str) -> bool:
+    """Tell whether an endpoint such as ``tcp/127.0.0.1:7512`` stays on this machine."""
+    protocol, _, address = endpoint.partition("/")
+    host = address.rpartition(":")[0].strip("[]")
+    local = host == "localhost" or host == "::1" or host.startswith("127.")
+    return protocol in ("unixsock-stream", "unixpipe") or local

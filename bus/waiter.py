@@ -1,0 +1,24 @@
+"""The lock on which a process's main thread waits for its ports."""
+
+import threading
+
+SLICE = 0.1  # s; a signal handler may only assign a flag, so long waits look at it this often
+
+
+class Waiter:
+    """Woken from any thread; several wakes before a wait count as one."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._lock.acquire()
+
+    def wake(self) -> None:
+        """End the present or the next wait."""
+        try:
+            self._lock.release()
+        except RuntimeError:
+            pass  # already awake
+
+    def wait(self, timeout: float) -> bool:
+        """Wait at most ``timeout`` and at most 0.1 s; return whether something woke us."""
+        return self._lock.acquire(timeout=min(max(timeout, 0.0), SLICE))
