@@ -4,10 +4,12 @@ Health, the command line, the page and the documents read it; there is no second
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from robot_model.names import did_you_mean
-from robot_model.robot import Robot
+
+if TYPE_CHECKING:
+    from robot_model.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -89,14 +91,13 @@ def port(key: str) -> Port:
     return PORTS[key]
 
 
-def name(key: str, robot: Robot | str, part: str = "") -> str:
+def name(key: str, robot: "Robot | str", part: str = "") -> str:
     """Return a port's name, such as ``/icub/sensors:o`` or ``/icub/head/state:o``."""
     template = port(key).template
     if ("<part>" in template) != bool(part):
         needed = "a part" if "<part>" in template else "no part"
         raise LookupError(f"port '{key}' takes {needed}, got '{part}'")
-    robot_name = robot if isinstance(robot, str) else robot.name
-    return template.replace("<robot>", robot_name).replace("<part>", part)
+    return template.replace("<robot>", _robot_name(robot)).replace("<part>", part)
 
 
 def rate(key: str) -> float:
@@ -104,10 +105,9 @@ def rate(key: str) -> float:
     return port(key).rate
 
 
-def service_input(robot: Robot | str, service: str, what: str) -> str:
+def service_input(robot: "Robot | str", service: str, what: str) -> str:
     """Return the default name of a service's input, ``/<robot>/<service>/<what>:i``."""
-    robot_name = robot if isinstance(robot, str) else robot.name
-    return f"/{robot_name}/{service}/{what}:i"
+    return f"/{_robot_name(robot)}/{service}/{what}:i"
 
 
 def rpc(service: str) -> str:
@@ -115,6 +115,10 @@ def rpc(service: str) -> str:
     return f"/{service}/rpc:i"
 
 
-def sim_rpc(robot: Robot | str) -> str:
+def sim_rpc(robot: "Robot | str") -> str:
     """Return the plant's RPC port, ``/<robot>/sim/rpc:i``."""
-    return f"/{robot if isinstance(robot, str) else robot.name}/sim/rpc:i"
+    return f"/{_robot_name(robot)}/sim/rpc:i"
+
+
+def _robot_name(robot: "Robot | str") -> str:
+    return robot if isinstance(robot, str) else robot.name
