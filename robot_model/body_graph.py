@@ -23,7 +23,12 @@ class RigidBody:
     name: str
     joint: str
     placements: Mapping[str, pin.SE3]
-    mass: float  # kg
+    inertia: pin.Inertia  # of all its links, in the main link's frame
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+        return self.inertia.mass
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +57,17 @@ def rigid_bodies(urdf: Urdf, ft_joints: Collection[str]) -> dict[str, RigidBody]
         main_m_first = placements[main].inverse()
         relative = {name: main_m_first * placement for name, placement in placements.items()}
         relative[main] = pin.SE3.Identity()
-        masses = [inertia.mass for name in relative if (inertia := urdf.links[name].inertia)]
-        bodies[main] = RigidBody(main, joint, relative, sum(masses))
+        bodies[main] = RigidBody(main, joint, relative, _inertia(urdf, relative))
     return bodies
+
+
+def _inertia(urdf: Urdf, placements: Mapping[str, pin.SE3]) -> pin.Inertia:
+    total = pin.Inertia.Zero()
+    for name, placement in placements.items():
+        inertia = urdf.links[name].inertia
+        if inertia is not None:
+            total += placement.act(inertia)
+    return total
 
 
 def _bears_body(urdf: Urdf, name: str) -> bool:

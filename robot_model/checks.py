@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from robot_model.body_graph import rigid_bodies, subtree_frames
+from robot_model.body_graph import RigidBody, rigid_bodies, subtree_frames
 from robot_model.description import Description, ForceTorqueRow, JointRow, RotorBlock
 from robot_model.names import did_you_mean
 from robot_model.urdf import MOVING, ForceTorqueElement, Urdf
@@ -16,7 +16,7 @@ UNLIMITED = 1e4  # URDFs write such numbers where a limit is unknown
 def find_problems(description: Description, urdf: Urdf) -> list[str]:
     """Return every mismatch between a description and its URDF, one sentence each."""
     problems = [*_names(description), *_joints(description, urdf), *_rotors(description)]
-    problems += [*_frames(description, urdf), *_soles(description), *_inertias(urdf)]
+    problems += [*_frames(description, urdf), *_soles(description)]
     sensors = list(_sensors(description, urdf))
     return problems + (sensors or list(_places(description, urdf)))
 
@@ -135,16 +135,6 @@ def _soles(description: Description) -> Iterator[str]:
             yield f"soles.{frame}: expected at least 3 corners, got {len(corners)}"
 
 
-def _inertias(urdf: Urdf) -> Iterator[str]:
-    for link in urdf.links.values():
-        if link.inertia is None:
-            continue
-        moments = np.linalg.eigvalsh(link.inertia.inertia)
-        # Tolerance: files round their moments, and thin plates lie on the boundary.
-        if link.inertia.mass < 0.0 or moments[0] <= 0.0 or moments[2] > 1.01 * sum(moments[:2]):
-            yield f"link '{link.name}': no body has its inertia (principal moments {moments})"
-
-
 def _sensors(description: Description, urdf: Urdf) -> Iterator[str]:
     yield from _duplicates([ft_element(row, urdf).joint for row in description.ft_sensors], "F/T on")
     for row in description.ft_sensors:
@@ -179,6 +169,7 @@ def _places(description: Description, urdf: Urdf) -> Iterator[str]:
     inside = subtree_frames(urdf, [element.joint for element in elements])
     bodies = rigid_bodies(urdf, inside)
     body_of = {frame: body.name for body in bodies.values() for frame in body.placements}
+    yield from _inertias(bodies.values())
     root, base = description.root_subtree, description.base_link
     for key, frame in (("base_link", base), ("root_subtree.default_frame", root.default_frame)):
         if frame in urdf.links and frame not in inside[""]:
@@ -191,3 +182,13 @@ def _places(description: Description, urdf: Urdf) -> Iterator[str]:
             yield f"ft_sensors.{row.name}.frame: '{frame}' is not fixed to the sensor"
         if row.default_frame in urdf.links and row.default_frame not in inside[element.joint]:
             yield f"ft_sensors.{row.name}.default_frame: '{row.default_frame}' lies elsewhere"
+
+
+def _inertias(bodies: Iterable[RigidBody]) -> Iterator[str]:
+    for body in bodies:
+        if body.mass == 0.0:
+            continue
+        moments = np.linalg.eigvalsh(body.inertia.inertia)
+        # Tolerance: files round their moments, and thin plates lie on the boundary.
+        if body.mass < 0.0 or moments[0] <= 0.0 or moments[2] > 1.01 * sum(moments[:2]):
+            yield f"link '{body.name}': no body has its inertia (principal moments {moments})"
