@@ -1,0 +1,104 @@
+"""What touches add to a robot's equations of motion, from one sample of all sensors."""
+
+import numpy as np
+import pinocchio as pin
+
+from estimation.row_layout import RowLayout, SupportRows
+from robot_model import Robot
+from robot_model.messages import SensorFrame
+
+Array = np.ndarray
+
+
+class ContactRows:
+    """Rows r = J^T F of the touches: inverse dynamics minus what is measured.
+
+    The rows are those of the base, the joints, and the six of each force/torque sensor.
+    Motor torques become link torques (rotors and friction taken off). The supports'
+    wrenches are removed.
+
+    After ``update``, ``rows`` (nv,), ``jacobian`` (nv, 6; row = motion axis [v w] in the
+    root's axes) and ``wrenches()`` belong to that sample. The root is the first inertial
+    sensor; wrenches are in its axes, about its origin.
+    """
+
+    def __init__(self, robot: Robot, support: str = "floor"):
+        self.robot = robot
+        self.layout = RowLayout(robot)
+        tree, self._model = self.layout.tree, self.layout.model
+        self._data = self._model.createData()
+        self.jacobian = self._data.J.T
+        self._q = tree.neutral.copy()
+        self._v, self._a = np.zeros(self._model.nv), np.zeros(self._model.nv)
+        self._joint_q, self._joint_v, self._cut_v = tree.joint_q, tree.joint_v, tree.cut_v
+        self._sign = tree.cut_sign[:, None]
+        swap = np.array([3, 4, 5, 0, 1, 2])
+        # the force map [R 0; [p]R R] has the blocks of the motion map [R [p]R; 0 R] elsewhere
+        index = 6 * self.layout.inlets[:, None, swap] + swap[None, :, None]
+        self._map_index = index.reshape(-1)
+        self._columns = self.jacobian.reshape(-1)
+        self.rows = np.zeros(self._model.nv)
+        self.set_support(support)
+
+    def set_support(self, support: str) -> None:
+        """Change the kind of support."""
+        self.supports = SupportRows(self.layout, self.robot.supports[support])
+
+    @property
+    def data(self) -> pin.Data:
+        """Pinocchio's results at the present sample; link placements after ``place_links``."""
+        return self._data
+
+    @property
+    def q(self) -> Array:
+        """Pinocchio's configuration of the present sample, (nq,)."""
+        return self._q
+
+    def update(self, frame: SensorFrame) -> Array:
+        """Take one sample and return the rows of the touches, (nv,) [N, N m]."""
+        q, v, a, dq, ddq = self._q, self._v, self._a, frame.dq, frame.ddq
+        q[self._joint_q] = frame.q
+        v[3:6] = frame.imu_gyro[0]
+        v[self._joint_v] = dq
+        a[:3] = frame.imu_acc[0]
+        a[3:6] = frame.imu_dgyro[0]
+        a[self._joint_v] = ddq
+        rows = pin.rnea(self._model, self._data, q, v, a)
+        pin.computeJointJacobians(self._model, self._data, q)
+        rows[self._joint_v] -= self._link_torque(dq, ddq, frame.motor_torque)
+        rows[self._cut_v] -= frame.ft * self._sign
+        self.rows = rows
+        if self.supports.subtrees:
+            support = self.wrenches(rows)[self.supports.subtrees]
+            rows -= np.einsum("ij,ij->i", self.jacobian, self.supports.bears @ support)
+        return rows
+
+    def _link_torque(self, dq: Array, ddq: Array, motor_torque: Array) -> Array:
+        robot = self.robot
+        friction = robot.viscous * dq + robot.coulomb * np.sign(dq)
+        return motor_torque - robot.rotor_inertia @ ddq - friction
+
+    def force_maps(self) -> Array:
+        """Maps of the wrench through each inlet into the root's axes, (s, 6, 6)."""
+        return self._columns[self._map_index].reshape(-1, 6, 6)
+
+    def wrenches(self, rows: Array) -> Array:
+        """External wrench of every sub-tree that rows tell, (s, 6), in the root's axes."""
+        entering = rows[self.layout.inlets]
+        entering = (self.force_maps() @ entering[:, :, None])[:, :, 0]
+        return self.layout.incidence @ entering
+
+    def wrench_map(self) -> Array:
+        """The matrix of ``wrenches``, (s, 6, nv)."""
+        maps, inlets, s = self.force_maps(), self.layout.inlets, len(self.layout.inlets)
+        result = np.zeros((s, 6, self._model.nv))
+        for i in range(s):
+            blocks = self.layout.incidence[:, i, None, None] * maps[i]
+            result[:, :, inlets[i]] += blocks
+        return result
+
+    def place_links(self) -> list[pin.SE3]:
+        """Placements of ``robot.links`` in the root's frame at the present sample."""
+        pin.forwardKinematics(self._model, self._data, self._q)
+        ids = (self.layout.tree.frame_id(link) for link in self.robot.links)
+        return [pin.SE3(pin.updateFramePlacement(self._model, self._data, i)) for i in ids]
