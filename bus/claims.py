@@ -9,6 +9,7 @@ source) resigns by itself.
 
 import threading
 import time
+from collections.abc import Callable
 from datetime import datetime
 
 import msgpack
@@ -20,39 +21,69 @@ from bus.errors import BusError, NameTaken
 from bus.rpc import Request
 from bus.tokens import PORT, Token
 
-CLAIM = "@wb/hub/claim"
+CLAIM, PEERS = "@wb/hub/claim", "@wb/hub/peers"
 GRANT = 2.0  # s for which a granted name waits for its token
+PATIENCE = 0.3  # s for which a taken name is asked for again
+MEET = 0.5  # s for which we wait to be linked with all peers
 MAX_REQUEST = 1 << 20  # bytes
 
 
-def claim(session: zenoh.Session, tokens: list[Token], deadline: float, where: str) -> None:
+def claim(session: zenoh.Session, tokens: list[Token], asker: "Asker") -> None:
     """Return when the hub grants all names; raise NameTaken, or BusError when no hub answers.
 
     A name is asked for again for a moment: its former owner may just have gone.
     """
     payload = msgpack.packb([token.key() for token in tokens])
-    patience = time.monotonic() + 0.3
-    while True:
-        taken = _ask(session, payload, deadline, where)
-        if not taken:
+    started = time.monotonic()
+    while taken := asker.ask(session, CLAIM, payload):
+        owners = [token for key, _ in taken if (token := Token.parse(key)) is not None]
+        patience = PATIENCE + (GRANT if any(granted for _, granted in taken) else 0.0)
+        if time.monotonic() > started + patience:
+            raise NameTaken("; ".join(map(describe, owners)))
+        time.sleep(0.02)
+
+
+def meet_peers(session: zenoh.Session, asker: "Asker") -> None:
+    """Wait (not for long) until we are linked with everybody who is linked with the hub.
+
+    Until then what we write would miss some, and what they write would miss us.
+    """
+    others = set(asker.ask(session, PEERS, b"")) - {str(session.zid())}
+    deadline = time.monotonic() + MEET
+    while not others <= {str(peer) for peer in session.info.peers_zid()}:
+        if time.monotonic() > deadline:  # somebody is stopped, or came and went
             return
-        standing = [(Token.parse(key), pending) for key, pending in taken]
-        waits = GRANT + 0.3 if any(pending for _, pending in standing) else 0.3
-        if time.monotonic() > min(deadline, patience - 0.3 + waits):
-            raise NameTaken("; ".join(describe(token) for token, _ in standing if token))
-        time.sleep(0.02)
+        time.sleep(0.005)
 
 
-def _ask(session: zenoh.Session, payload: bytes, deadline: float, where: str) -> list:
-    while True:
-        request = Request(session, CLAIM, payload, timeout=1.0)
-        while not request.done and time.monotonic() < deadline:
-            request.wait(0.05)
-        if request.values:
-            return request.values[0]
-        if time.monotonic() >= deadline:
-            raise BusError(f"no hub answers at {where}: is it running? {request.trouble()}".strip())
-        time.sleep(0.02)
+class Asker:
+    """Asks the hub until it answers, until a deadline, or until the process is to end."""
+
+    def __init__(self, where: str, timeout: float, running: Callable[[], bool]):
+        self._where = where
+        self._timeout = timeout
+        self._deadline = time.monotonic() + timeout
+        self._running = running
+
+    def ask(self, session: zenoh.Session, key: str, payload: bytes) -> list:
+        """Return the hub's answer."""
+        while True:
+            request = Request(session, key, payload, timeout=1.0)
+            while not request.done and time.monotonic() < self._deadline and self._running():
+                request.wait(0.05)
+            if request.values:
+                return request.values[0]
+            self._check(request)
+            time.sleep(0.02)
+
+    def _check(self, request: Request) -> None:
+        if not self._running():
+            raise BusError("asked to end before the names were granted")
+        if time.monotonic() >= self._deadline:
+            trouble = request.trouble() or "is it running?"
+            raise BusError(
+                f"no hub at {self._where} granted the names within {self._timeout:g} s: {trouble}"
+            )
 
 
 def describe(token: Token) -> str:
@@ -73,13 +104,16 @@ class Arbiter:
         self._subscriber = session.liveliness().declare_subscriber(
             f"**/{PORT}/**", Callback(self._event, indirect=False), history=True
         )
-        self._queryable = session.declare_queryable(
-            f"**/{CLAIM}", Callback(self._answer, indirect=False)
-        )
+        self._session = session
+        self._queryables = [
+            session.declare_queryable(f"**/{key}", Callback(answer, indirect=False))
+            for key, answer in ((CLAIM, self._answer), (PEERS, self._tell_peers))
+        ]
 
     def close(self) -> None:
         """Answer no more."""
-        self._queryable.undeclare()
+        for queryable in self._queryables:
+            queryable.undeclare()
         self._subscriber.undeclare()
 
     def _event(self, sample: zenoh.Sample) -> None:
@@ -108,6 +142,10 @@ class Arbiter:
             query.reply(query.key_expr, msgpack.packb(taken))
         except ValueError as error:
             query.reply_err(msgpack.packb({"error": f"bad claim: {error}"}))
+
+    def _tell_peers(self, query: zenoh.Query) -> None:
+        peers = [str(peer) for peer in self._session.info.peers_zid()]
+        query.reply(query.key_expr, msgpack.packb(peers))
 
     def decide(self, namespace: str, wanted: list[Token]) -> list[tuple[str, bool]]:
         """Return ``(token key, only granted yet)`` of the owners in the way; grant all if none."""

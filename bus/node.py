@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import zenoh
 
 from bus import runtime_directory
-from bus.claims import claim, describe
+from bus.claims import Asker, claim, describe, meet_peers
 from bus.clock import Clock, SessionClock
 from bus.directory import Directory
 from bus.errors import BusError, NameTaken
@@ -78,6 +78,7 @@ class Node:
         self._ports: dict[str, Port] = {}
         self._servers: list[RpcServer] = []
         self._tokens: list[zenoh.LivelinessToken] = []
+        self.on_ready: list[Callable[[], None]] = []
         self.beats: list[Callable[[], None]] = []  # called at every wait
         self.parameters = parameters or Parameters()
         self.clock = SessionClock(lockstep)
@@ -103,8 +104,12 @@ class Node:
         self.rpc(self._rpc_name, {})
         self.lockstep = Participant(self, lockstep)
         if clock_port is not None:
-            port = self.input(f"/{self.name}/clock:i", Clock, source=clock_port, depth=4)
-            self.clock.follow(port, self.wait)
+            self.follow_clock(clock_port)
+
+    def follow_clock(self, port: str) -> None:
+        """Take the session's time from a clock port, as in ``/icub/clock:o``."""
+        followed = self.input(f"/{self.name}/clock:i", Clock, source=port, depth=4)
+        self.clock.follow(followed, self.wait)
 
     def output(
         self,
@@ -194,7 +199,10 @@ class Node:
 
         Raises NameTaken when another process has one of them, BusError when no hub answers.
         """
-        self._claim(list(self._ports.values()), timeout)
+        asker = self._claim(list(self._ports.values()), timeout)
+        meet_peers(self.session, asker)
+        for callback in self.on_ready:
+            callback()
         self._ready = True
         # last of all: who sees this token may rely on every port
         self._tokens.insert(0, self.session.liveliness().declare_token(ready_key(self.owner)))
@@ -291,14 +299,16 @@ class Node:
             self._claim([port], CLAIM_TIMEOUT)
         return port
 
-    def _claim(self, ports: Sequence[Port], timeout: float) -> None:
+    def _claim(self, ports: Sequence[Port], timeout: float) -> Asker:
         tokens = [self._token(port) for port in ports]
-        claim(self.session, tokens, time.monotonic() + timeout, self.endpoint)
+        asker = Asker(self.endpoint, timeout, lambda: self.running)
+        claim(self.session, tokens, asker)
         declare = self.session.liveliness().declare_token
         self._tokens += [declare(token.key()) for token in tokens]
         for port in ports:
             if isinstance(port, Output):
                 port.standing = True
+        return asker
 
     def _token(self, port: Port) -> Token:
         return Token(

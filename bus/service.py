@@ -1,0 +1,117 @@
+"""The frame of every service: command line, settings, node, exit status."""
+
+import argparse
+import gc
+import logging
+import sys
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+import zenoh
+from pydantic import BaseModel
+
+from bus.configuration import ConfigurationError, load
+from bus.errors import BusError
+from bus.node import Node
+from bus.parameters import Parameters
+from bus.signals import stop_flag
+
+logger = logging.getLogger(__name__)
+
+Main = Callable[[Node, Any], None]
+SWITCH_INTERVAL = 1e-4  # s; with Python's 5 ms a busy thread delays the loop by as much
+
+
+def serve(
+    main: Main,
+    config: type[BaseModel],
+    name: str,
+    package: str | None = None,
+    clock_port: Callable[[Any], str | None] | str | None = None,
+) -> NoReturn:
+    """Run a service from its command line, and exit.
+
+    Status 0 after SIGTERM, SIGINT or the return of ``main(node, settings)``; 1 when
+    the service cannot work, 2 when the command line or the settings are wrong, both
+    with one line on standard error (``--log-level debug`` shows where).
+
+    Args:
+        main: Opens its ports, calls ``node.ready()``, loops while ``node.running``.
+        config: pydantic model of the settings; ``lockstep`` in it turns lockstep on.
+        name: The service's name, unless ``--name`` gives another.
+        package: Package with the defaults, ``config.yaml``.
+        clock_port: Simulated clock to follow, or a function of the settings.
+    """
+    stop_flag.install()  # from here on a signal ends the process with status 0
+    options = parser(name, main.__module__).parse_args()
+    _prepare(options.log_level)
+    sys.exit(_status(main, config, package, options, clock_port))
+
+
+def _status(
+    main: Main, config: type[BaseModel], package: str | None, options: Any, clock_port: Any
+) -> int:
+    try:
+        _run(main, load(config, package, options.params, options.set), options, clock_port)
+    except ConfigurationError as error:
+        return _fail(options.name, error, 2)
+    except (BusError, ValueError, LookupError, OSError) as error:
+        logger.debug("failed", exc_info=True)
+        if not stop_flag.set:
+            return _fail(options.name, error, 1)
+    return 0
+
+
+def parser(name: str, module: str = "") -> argparse.ArgumentParser:
+    """Return the parser of the options that all services have."""
+    program = f"python -m {module.rpartition('.')[0] or module}"
+    result = argparse.ArgumentParser(
+        prog=program, epilog=f"example: {program} --set robot=icub --log-level info"
+    )
+    add = result.add_argument
+    add("--name", default=name, help="name of the service on the bus (default: %(default)s)")
+    add("--params", metavar="FILE", help="YAML file laid over the default settings")
+    add("--set", action="append", metavar="KEY=VALUE", help="one setting; dotted keys; repeatable")
+    add("-e", "--connect", metavar="ENDPOINT", help="the hub, as in tcp/127.0.0.1:7512")
+    add("-l", "--listen", metavar="ENDPOINT", help="where others reach this process")
+    add("-c", "--config", metavar="FILE", help="Zenoh configuration (JSON5)")
+    add("--namespace", help="prefix of all keys")
+    add("--insecure", action="store_true", help="allow other machines without protection")
+    add("--log-level", default="warning", help="debug, info, warning or error")
+    return result
+
+
+def _prepare(log_level: str) -> None:
+    level = logging.getLevelNamesMapping().get(log_level.upper(), logging.WARNING)
+    line = "%(levelname)s %(name)s: %(message)s"
+    logging.basicConfig(stream=sys.stderr, level=level, format=line)
+    zenoh.init_log_from_env_or("error")
+    sys.setswitchinterval(SWITCH_INTERVAL)
+
+
+def _run(main: Main, settings: BaseModel, options: argparse.Namespace, clock_port: Any) -> None:
+    with Node(
+        options.name,
+        connect=options.connect,
+        listen=options.listen,
+        namespace=options.namespace,
+        zenoh_config=options.config,
+        clock_port=clock_port(settings) if callable(clock_port) else clock_port,
+        lockstep=bool(getattr(settings, "lockstep", False)),
+        insecure=options.insecure,
+        parameters=Parameters(settings),
+    ) as node:
+        node.on_ready.append(_freeze)
+        main(node, settings)
+
+
+def _freeze() -> None:
+    """Take what start-up has made out of the collector's rounds."""
+    gc.collect()
+    gc.freeze()
+
+
+def _fail(name: str, error: Exception, status: int) -> int:
+    text = error.args[0] if isinstance(error, KeyError) and error.args else error
+    print(f"{name}: {' '.join(str(text).split())}", file=sys.stderr)
+    return status

@@ -1,0 +1,194 @@
+"""A pytest plugin for processes on the bus: ``pytest_plugins = ["bus.testing"]``.
+
+Fixtures ``hub`` (its endpoint), ``start`` (a module as a process, ready on the bus)
+and ``node`` (a place on the bus for the test); functions `free_port`, `eventually`.
+Nothing is left running: what still runs after a test is killed with its children.
+"""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Generator, Iterator
+from typing import Any, TypeVar
+
+import pytest
+
+from bus.introspection import wait_for_service
+from bus.node import Node
+
+T = TypeVar("T")
+STOP_WITHIN = 5.0  # s
+_FAILED = pytest.StashKey[bool]()
+_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def free_port() -> int:
+    """Return a loopback TCP port that is free at present."""
+    with socket.socket() as sock:
+        sock.bind(("127.0.0.1", 0))
+        return sock.getsockname()[1]
+
+
+def eventually(predicate: Callable[[], T], timeout: float = 10.0, what: str = "") -> T:
+    """Return the first true value of ``predicate()``; fail when none came in time."""
+    deadline = time.monotonic() + timeout
+    while not (value := predicate()):
+        if time.monotonic() > deadline:
+            raise AssertionError(f"not within {timeout:g} s: {what or predicate!r} (last: {value!r})")
+        time.sleep(0.002)
+    return value
+
+
+class Process:
+    """A Python module running as a process group of its own."""
+
+    def __init__(self, module: str, *arguments: str, environment: dict[str, str] | None = None):
+        self.name = module
+        self._log = tempfile.TemporaryFile()
+        self.popen = subprocess.Popen(
+            [sys.executable, "-m", module, *arguments],
+            stdout=self._log,
+            stderr=self._log,
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+            env={**os.environ, **_ONE_THREAD, **(environment or {})},
+        )
+        self.pid = self.popen.pid
+        self.expected: int | None = 0  # exit status asserted at the end; None when killed
+
+    @property
+    def output(self) -> str:
+        """All that the process has written so far."""
+        self._log.seek(0)
+        return self._log.read().decode(errors="replace")
+
+    def send(self, number: int) -> None:
+        """Send a signal to the process."""
+        self.popen.send_signal(number)
+
+    def kill(self) -> None:
+        """Kill the process, as a crash would."""
+        self.expected = None
+        self.popen.kill()
+        self.popen.wait()
+
+    def stop(self, number: int = signal.SIGTERM, timeout: float = STOP_WITHIN) -> int:
+        """End the process by a signal; return its exit status, fail when it does not end."""
+        if self.popen.poll() is None:
+            self.popen.send_signal(number)
+        try:
+            return self.popen.wait(timeout)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self.name} did not end within {timeout} s\n{self.output}") from None
+
+    def clean_up(self) -> None:
+        """Kill whatever is left of the process group."""
+        try:
+            os.killpg(self.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+        self.popen.wait()
+        self._log.close()
+
+
+def _finish(processes: list[Process]) -> None:
+    """Stop all, newest first; then complain about those that did not end as expected."""
+    complaints = []
+    for process in reversed(processes):
+        try:
+            process.send(signal.SIGCONT)
+            status = process.stop()
+            if process.expected is not None and status != process.expected:
+                complaints.append(f"{process.name} ended with {status}:\n{process.output}")
+        except AssertionError as error:
+            complaints.append(str(error))
+        finally:
+            process.clean_up()
+    if complaints:
+        pytest.fail("\n".join(complaints), pytrace=False)
+
+
+@pytest.fixture
+def hub() -> Iterator[str]:
+    """Run a hub on a free loopback port; return its endpoint."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    arguments = ("--listen", endpoint, "--settle", "0", "--no-announce")
+    process = Process("bus.hub", *arguments)
+    try:
+        _await_ready(endpoint, "hub", process, 20.0)
+        yield endpoint
+    finally:
+        _finish([process])
+
+
+@pytest.fixture
+def node(hub: str) -> Iterator[Node]:
+    """Return a node for the test, connected to the hub and not yet ready."""
+    with Node("test", connect=hub, signals=False) as opened:
+        yield opened
+
+
+@pytest.fixture
+def start(hub: str, request: pytest.FixtureRequest) -> Iterator[Callable[..., Process]]:
+    """Return ``start(module, *arguments, service=None, timeout=20.0)``.
+
+    It runs ``python -m module --connect HUB arguments`` and returns when the service's
+    readiness token is on the bus (``service`` is the module's last name by default).
+    At the end of the test every process must end with 0 within 5 s of SIGTERM. When
+    the test fails, what the processes wrote is shown.
+    """
+    processes: list[Process] = []
+
+    def run(
+        module: str,
+        *arguments: str,
+        service: str | None = None,
+        timeout: float = 20.0,
+        environment: dict[str, str] | None = None,
+    ) -> Process:
+        process = Process(module, "--connect", hub, *arguments, environment=environment)
+        processes.append(process)
+        _await_ready(hub, service or _service_of(module, arguments), process, timeout)
+        return process
+
+    try:
+        yield run
+    finally:
+        if request.node.stash.get(_FAILED, False):
+            for process in processes:
+                print(f"--- {process.name} (pid {process.pid}) wrote:\n{process.output}")
+        _finish(processes)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, Any]:
+    """Let the fixtures know that the test failed."""
+    report = yield
+    if report.failed:
+        item.stash[_FAILED] = True
+    return report
+
+
+def _service_of(module: str, arguments: tuple[str, ...]) -> str:
+    if "--name" in arguments:
+        return arguments[arguments.index("--name") + 1]
+    return module.rpartition(".")[2]
+
+
+def _await_ready(endpoint: str, service: str, process: Process, timeout: float) -> None:
+    """Wait for a readiness token with a node of our own; fail at once when the process ends."""
+    deadline = time.monotonic() + timeout
+    with Node("start", connect=endpoint, signals=False) as watcher:
+        while not any(owner.pid == process.pid for owner in watcher.directory.services()):
+            if process.popen.poll() is not None:
+                raise AssertionError(f"{process.name} ended with {process.popen.returncode}:\n{process.output}")
+            if time.monotonic() > deadline:
+                raise AssertionError(f"{service} is not ready after {timeout:g} s:\n{process.output}")
+            time.sleep(0.005)
+
+
+__all__ = ["Process", "eventually", "free_port", "wait_for_service"]
