@@ -112,9 +112,9 @@ def _finish(processes: list[Process]) -> None:
         pytest.fail("\n".join(complaints), pytrace=False)
 
 
-@pytest.fixture
-def hub() -> Iterator[str]:
-    """Run a hub on a free loopback port; return its endpoint."""
+@contextmanager
+def running_hub() -> Iterator[str]:
+    """Run a hub on a free loopback port; return its endpoint. For fixtures of a wider scope."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     arguments = ("--listen", endpoint, "--settle", "0", "--no-announce")
     process = Process("bus.hub", *arguments)
@@ -123,6 +123,13 @@ def hub() -> Iterator[str]:
         yield endpoint
     finally:
         _finish([process])
+
+
+@pytest.fixture
+def hub() -> Iterator[str]:
+    """Run a hub on a free loopback port; return its endpoint."""
+    with running_hub() as endpoint:
+        yield endpoint
 
 
 @pytest.fixture
@@ -191,4 +198,4 @@ def _await_ready(endpoint: str, service: str, process: Process, timeout: float) 
             time.sleep(0.005)
 
 
-__all__ = ["Process", "eventually", "free_port", "wait_for_service"]
+__all__ = ["Process", "eventually", "free_port", "running_hub", "wait_for_service"]
