@@ -1,0 +1,22 @@
+"""The application of ``wrenchbus demo``, with what its flags change."""
+
+from deploy.errors import UsageError
+from deploy.launcher.application import Application, load_application
+from robot_model import DescriptionError, load_robot
+
+SUPPORT = {"free": "floor", "fixed": "pole"}
+
+
+def demo_application(robot: str, scenario: str, profile: str, base: str) -> Application:
+    """Return the packaged demo for a robot, a scenario, a noise profile and a base.
+
+    Raises:
+        UsageError: No such robot, or its description is wrong.
+    """
+    try:
+        load_robot(robot)
+    except DescriptionError as error:
+        raise UsageError(str(error)) from None
+    application = load_application("demo").with_common({"robot": robot, "support": SUPPORT[base]})
+    plant = {"profile": profile, "base": base, "scenario": scenario}
+    return application.with_params("robot_sim", plant)

@@ -1,0 +1,71 @@
+"""What can be said of a running bus: hub, services, rates."""
+
+import os
+import time
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from bus import BusError, Node, runtime_directory
+from bus.introspection import list_ports, port_info
+from deploy.doctor.result import Result, fail, ok, warn
+from deploy.errors import CommandError
+from deploy.session import open_bus
+from deploy.verbs.status import services
+
+MEASURE = 1.5  # [s] between two looks at the counters
+LEAST = 0.9  # of the nominal rate
+
+
+def live_checks(
+    connect: str | None, listen: str | None, config: str | None, namespace: str | None
+) -> Iterator[Result]:
+    """Yield one result for the hub, one per service, and one per port with a nominal rate."""
+    if not (connect or os.environ.get("WRENCHBUS_CONNECT") or runtime_directory.entries()):
+        yield warn("hub", "no bus runs here; wrenchbus demo starts one")
+        return
+    try:
+        with open_bus(connect, listen, config, namespace) as node:
+            yield ok("hub", node.endpoint)
+            yield from map(_service, services(node))
+            yield from _rates(node)
+    except (BusError, CommandError) as error:
+        yield fail("hub", str(error))
+
+
+def _service(row: dict[str, Any]) -> Result:
+    name = f"service {row['service']}"
+    message = f"{row['state']}, pid {row['pid']}, started again {row['restarts'] or 0} times"
+    return ok(name, message) if row["ready"] else fail(name, message)
+
+
+def _rates(node: Node) -> Iterator[Result]:
+    outputs = [p for p in list_ports(node) if p["direction"] == "output" and p["nominal_hz"]]
+    before = {port["name"]: _look(node, port["name"]) for port in outputs}
+    time.sleep(MEASURE)
+    for port in outputs:
+        yield _rate(port, before[port["name"]], _look(node, port["name"]))
+
+
+class Look(NamedTuple):
+    """The counter of an output at one time."""
+
+    time: float  # [s]
+    written: int | None  # None: its owner does not answer
+    matched: bool  # somebody listens
+
+
+def _look(node: Node, name: str) -> Look:
+    info = port_info(node, name, timeout=1.0)
+    written = info.get("statistics", {}).get("written")
+    return Look(time.monotonic(), written, info.get("matched", True))
+
+
+def _rate(port: dict[str, Any], before: Look, after: Look) -> Result:
+    name = f"port {port['name']}"
+    if before.written is None or after.written is None:
+        return fail(name, f"its owner {port['owner']['service']} does not answer")
+    if before.written == after.written and not after.matched:
+        return ok(name, "silent while nobody listens")
+    hz = (after.written - before.written) / (after.time - before.time)
+    message = f"{hz:.0f} Hz, nominal {port['nominal_hz']:g} Hz"
+    return ok(name, message) if hz >= LEAST * port["nominal_hz"] else fail(name, message)

@@ -1,0 +1,33 @@
+"""Runs a module as ``python -m`` would, bound to the life of the launcher.
+
+Usage: ``python -m deploy.launcher.child PARENT_PID NICE MODULE [ARGUMENT ...]``
+"""
+
+import ctypes
+import os
+import runpy
+import signal
+import sys
+
+PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
+
+
+def die_with(parent: int) -> None:
+    """Let the kernel kill this process when its parent ends, however that ends."""
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it died before the line above took effect
+        sys.exit(1)
+
+
+def main() -> None:
+    """Bind to the parent, lower the priority, become the module."""
+    parent, nice, module, *arguments = sys.argv[1:]
+    die_with(int(parent))
+    os.nice(int(nice))  # before any thread exists: threads inherit it
+    sys.argv = [module, *arguments]
+    runpy.run_module(module, run_name="__main__", alter_sys=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+"""``wrenchbus list``, ``info``: which ports stand and what they carry."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from deploy.options import Json, on_the_bus
+from deploy.output import print_json, print_line, print_table
+
+if TYPE_CHECKING:
+    from bus import Node
+
+
+@on_the_bus
+def list_all(node: "Node", as_json: Json = False) -> None:
+    """List the ports that stand on the bus."""
+    from bus.introspection import list_ports
+
+    ports = list_ports(node)
+    if as_json:
+        print_json(ports)
+    else:
+        rows = [{**port, "owner": _owner(port)} for port in ports]
+        print_table(rows, ["name", "type", "direction", "owner", "nominal_hz", "sources"])
+
+
+@on_the_bus
+def info(
+    node: "Node",
+    port: Annotated[str, typer.Argument(help="Port, as /icub/torques:o.")],
+    as_json: Json = False,
+) -> None:
+    """Tell what a port carries: fields, units, frames, statistics."""
+    from bus.introspection import port_info
+    from deploy.discovery import require_port
+
+    require_port(node, port)
+    entry = port_info(node, port)
+    if as_json:
+        print_json(entry)
+        return
+    print_line(f"{entry['name']}: {entry['direction']} of {_owner(entry)}, {entry['type']}")
+    print_line(f"nominal rate: {entry['nominal_hz']:g} Hz")
+    if entry["sources"]:
+        print_line(f"reads: {', '.join(entry['sources'])}")
+    if "fields" in entry:
+        print_table(entry["fields"], ["name", "type", "shape", "unit", "frame", "optional"])
+    for name, value in {**entry.get("statistics", {})}.items():
+        print_line(f"{name}: {value}")
+    if "error" in entry:
+        print_line(f"its owner does not tell more: {entry['error']}")
+
+
+def _owner(port: dict[str, Any]) -> str:
+    owner = port["owner"]
+    return f"{owner['service']} ({owner['host']}, pid {owner['pid']})"

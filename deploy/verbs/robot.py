@@ -1,0 +1,95 @@
+"""``wrenchbus push``, ``tare``, ``stop``: what is done to the robot and its services."""
+
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from deploy.errors import CommandError
+from deploy.options import Json, Robot, on_the_bus, vector
+from deploy.output import print_json, print_line
+
+if TYPE_CHECKING:
+    from bus import Node
+
+TARED = ("torque_observer", "contact_detector")
+Frame = StrEnum("Frame", ["link", "world"])
+Profile = StrEnum("Profile", ["hold", "ramp", "half_sine"])
+
+
+@on_the_bus
+def push(
+    node: "Node",
+    link: Annotated[str, typer.Argument(help="Link that is pushed, as l_forearm.")],
+    force: Annotated[str, typer.Option(metavar="X,Y,Z", help="Force [N].")],
+    point: Annotated[
+        str, typer.Option(metavar="X,Y,Z", help="Where, in the link's frame [m].")
+    ] = "0,0,0",
+    frame: Annotated[Frame, typer.Option(help="Axes of the force.")] = Frame.link,
+    profile: Annotated[Profile, typer.Option(help="Force over time.")] = Profile.hold,
+    duration: Annotated[float, typer.Option(min=0.001, help="Seconds.")] = 1.0,
+    robot: Robot = None,
+    as_json: Json = False,
+) -> None:
+    """Push the simulated robot."""
+    from deploy.discovery import simulator_port
+
+    request = {
+        "link": link,
+        "point": list(vector(point)),
+        "force": list(vector(force)),
+        "frame": frame.value,
+        "profile": profile.value,
+        "duration": duration,
+    }
+    answer = node.call(simulator_port(node, robot), "push", request, timeout=5.0)
+    if as_json:
+        print_json(answer)
+    else:
+        print_line(f"push {answer['push_id']} on {link} from {answer['start_stamp']} ns")
+
+
+@on_the_bus
+def tare(
+    node: "Node",
+    seconds: Annotated[float, typer.Option(min=0.1, help="How long to average.")] = 1.0,
+    as_json: Json = False,
+) -> None:
+    """Tare the force/torque sensors.
+
+    The robot must stand still, touched by nothing but its supports.
+    """
+    from bus import RpcAbsent
+
+    answers: dict[str, Any] = {}
+    for service in TARED:
+        try:
+            answers[service] = node.call(
+                f"/{service}/rpc:i", "tare", {"seconds": seconds}, timeout=seconds + 5.0
+            )
+        except RpcAbsent:
+            continue
+    if not answers:
+        raise CommandError(f"nobody to tare: neither {' nor '.join(TARED)} runs")
+    if as_json:
+        print_json(answers)
+    else:
+        for service, answer in answers.items():
+            print_line(f"{service}: {answer['message']}")
+
+
+@on_the_bus
+def stop(
+    node: "Node",
+    release: Annotated[bool, typer.Option("--release", help="End the stop.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Stop the robot, or end the stop.
+
+    A stopped robot holds its posture and refuses commands until --release.
+    """
+    answer = node.call("/sensor_server/rpc:i", "release" if release else "stop", {}, timeout=2.0)
+    if as_json:
+        print_json(answer)
+    else:
+        print_line("commands are accepted again" if release else "stopped: holding the posture")
