@@ -2,6 +2,7 @@
 
 import logging
 import time
+from math import inf
 
 from bus import Envelope, Input, Node
 from robot_model import Robot, ports
@@ -28,7 +29,7 @@ class CommandPorts:
         self._commander = Commander(robot, config.command)
         self._ages = Ages(AGE_WINDOW)
         self._torque_joints = 0  # with a valid virtual torque in the last message
-        self._sent = 0.0  # s
+        self._sent = -inf  # s
         self._refused, self._refusal, self._logged = 0, "", 0.0
         self._torques = self._input("virtual_torque", JointTorques, config, "torques", depth=64)
         self._gravity = self._input("feedforward", GravityTorques, config, "gravity", depth=1)

@@ -33,7 +33,7 @@ class Frames:
         self._output = node.output(
             ports.name("sensors", robot), SensorFrame, rate=config.rate, **types
         )
-        self._views = Views(node, robot, config.rate)
+        self.views = Views(node, robot, config.rate)
         self.configure(config)
 
     def configure(self, config: SensorServerConfig) -> None:
@@ -64,7 +64,7 @@ class Frames:
     def _write(self, frame: SensorFrame, reason: str) -> None:
         assert self.reading is not None
         _, stamp, clock, acquired, _, _ = self.reading
-        for write in (self._output.write, self._views.write):
+        for write in (self._output.write, self.views.write):
             write(
                 frame,
                 stamp=stamp,

@@ -31,10 +31,10 @@ class SensorServer:
 
     def __init__(self, node: Node, robot: Robot, config: SensorServerConfig, driver: Driver):
         self._node, self._config, self._driver = node, config, driver
-        self._frames = Frames(node, robot, config, driver.ft_convention)
-        self._commands = CommandPorts(node, robot, config, driver)
+        self.frames = Frames(node, robot, config, driver.ft_convention)
+        self.commands = CommandPorts(node, robot, config, driver)
         self._running = RunningTime()
-        node.verb("status", self._status, help="state of command, watchdogs, virtual torques")
+        node.verb("status", self.status, help="state of command, watchdogs, virtual torques")
         node.parameters.on_change(self._configure)
 
     def spin(self) -> None:
@@ -42,27 +42,28 @@ class SensorServer:
         reading = self._driver.read(WAIT)
         self._node.wait(0.0)  # a stop is heard also when frames never let up
         if reading and reading.valid:
-            if self._frames.publish(reading):
-                self._commands.restart()
+            if self.frames.publish(reading):
+                self.commands.restart()
         else:
-            self._frames.complain(reading.reason if reading else self._driver.silence)
+            self.frames.complain(reading.reason if reading else self._driver.silence)
         now = self._now()
-        self._commands.listen(now)
-        self._commands.act(now, self._frames.frame, self._frames.reading)
+        self.commands.listen(now)
+        self.commands.act(now, self.frames.frame, self.frames.reading)
         if reading and self._config.lockstep:
             self._node.lockstep.acknowledge(reading.stamp)
 
     def _now(self) -> float:
         """Seconds of the robot's time: none pass while it is paused."""
         if self._config.lockstep:
-            last = self._frames.reading
+            last = self.frames.reading
             return self._running.advance(last.stamp if last else 0)
         return self._running.advance(time.monotonic_ns(), not self._driver.paused)
 
     def _configure(self, old: SensorServerConfig, new: SensorServerConfig) -> None:
-        self._commands.configure(new)
+        self.commands.configure(new)
         if new.filter != old.filter:
-            self._frames.configure(new)
+            self.frames.configure(new)
 
-    def _status(self) -> dict[str, object]:
-        return {**self._node.status(), **self._commands.status()}
+    def status(self) -> dict[str, object]:
+        """Return the state of service, command and watchdogs."""
+        return {**self._node.status(), **self.commands.status()}

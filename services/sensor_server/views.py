@@ -29,6 +29,11 @@ class Views:
             )
             self._views.append((output, _inertial_view(robot)))
 
+    @property
+    def outputs(self) -> list[Output]:
+        """The ports."""
+        return [output for output, _ in self._views]
+
     def write(self, frame: SensorFrame, **envelope: object) -> None:
         """Write every view that somebody listens to."""
         for output, view in self._views:

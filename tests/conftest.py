@@ -1,0 +1,3 @@
+"""All tests may use the bus's own test kit."""
+
+pytest_plugins = ["bus.testing"]
