@@ -78,6 +78,7 @@ class Boards:
         fade = self._watch(q) if self.watchdog else 1.0
         if self.mode == "torque":
             torque = self._value + fade * self.feedforward
+            self.reference = q  # where the other modes would begin
         else:
             torque = self._kp * (self._target(q, offset) - q) - self._kd * dq
             if self.mode == "velocity":

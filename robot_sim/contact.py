@@ -17,11 +17,11 @@ class Floor(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    stiffness: float = Field(4e4, gt=0)  # N/m; 8e4 and more hop
-    damping: float = Field(80.0, ge=0)  # N s/m; 150 chatters
-    tangential_stiffness: float = Field(2e4, gt=0)  # N/m
-    tangential_damping: float = Field(60.0, ge=0)  # N s/m
-    friction: float = Field(0.8, ge=0)  # 1, Coulomb cone
+    stiffness: float = Field(default=4e4, gt=0)  # N/m; 8e4 and more hop
+    damping: float = Field(default=80.0, ge=0)  # N s/m; 150 chatters
+    tangential_stiffness: float = Field(default=2e4, gt=0)  # N/m
+    tangential_damping: float = Field(default=60.0, ge=0)  # N s/m
+    friction: float = Field(default=0.8, ge=0)  # 1, Coulomb cone
 
 
 class Placement(NamedTuple):
@@ -97,8 +97,10 @@ class SoleContacts:
         ]
         maps = [_wrench_map(w, p, cs) for w, p, cs in zip(whole, parts, corners, strict=True)]
         # One product for all feet is cheaper than one per foot, zeros included.
-        self._velocity_map = block_diag(*[_by_axis(point_velocity_map(cs)) for cs in local])
-        self._wrench_map = block_diag(*maps)
+        self._velocity_map = np.asarray(
+            block_diag(*[_by_axis(point_velocity_map(cs)) for cs in local])
+        )
+        self._wrench_map = np.asarray(block_diag(*maps))
         # Axis before corner, so that every component is one contiguous row.
         self._corners = np.ascontiguousarray(np.transpose(local, (0, 2, 1)))
         self._twist = np.zeros(6 * count)

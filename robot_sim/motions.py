@@ -56,6 +56,10 @@ class Motion:
     def stopped(self, time: float) -> "Motion":
         return replace(self, stop=min(time, self.stop))
 
+    def ended(self, time: float) -> bool:
+        """Whether it has faded out."""
+        return time >= self.stop + FADE
+
     def offset(self, time: float) -> Array:
         """Return what to add to the position reference (n,) [rad] at a time [s]."""
         rising = (time - self.start) / FADE

@@ -17,8 +17,8 @@ class Channel(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    white: float = Field(0.0, ge=0.0)  # standard deviation per sample at 1 kHz
-    bias: float = Field(0.0, ge=0.0)  # bound of the constant error of a run
+    white: float = Field(default=0.0, ge=0.0)  # standard deviation per sample at 1 kHz
+    bias: float = Field(default=0.0, ge=0.0)  # bound of the constant error of a run
 
 
 class NoiseProfile(BaseModel):
@@ -27,7 +27,7 @@ class NoiseProfile(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     description: str = ""
-    encoder_bits: int | None = Field(None, ge=8, le=32)  # counts per turn, None: exact
+    encoder_bits: int | None = Field(default=None, ge=8, le=32)  # counts per turn, None: exact
     derivatives: bool = False  # boards deliver joint velocity and acceleration, the IMU dgyro
     ft_force: Channel = Channel()  # N
     ft_moment: Channel = Channel()  # N m
@@ -35,7 +35,7 @@ class NoiseProfile(BaseModel):
     gyro: Channel = Channel()  # rad/s
     accelerometer: Channel = Channel()  # m/s^2
     orientation: Channel = Channel()  # rad, rotation vector
-    coulomb: float = Field(0.0, ge=0.0)  # factor on the description's Coulomb friction
+    coulomb: float = Field(default=0.0, ge=0.0)  # factor on the description's Coulomb friction
 
 
 def load_profile(name: str | Path) -> NoiseProfile:

@@ -32,10 +32,10 @@ class PlantConfig(BaseModel):
 
     floor: Floor = Floor()
     watchdog: bool = False  # silence fades the feed-forward; for plants driven over the bus
-    fall_tilt: float = Field(0.7, gt=0)  # rad from the standing posture: fallen
-    fall_drop: float = Field(0.1, gt=0)  # m below the standing posture: fallen
-    pole_lift: float = Field(0.3, ge=0)  # m, how far the pole lifts the soles off the floor
-    coulomb_speed: float = Field(0.02, gt=0)  # rad/s over which Coulomb friction turns sign
+    fall_tilt: float = Field(default=0.7, gt=0)  # rad from the standing posture: fallen
+    fall_drop: float = Field(default=0.1, gt=0)  # m below the standing posture: fallen
+    pole_lift: float = Field(default=0.3, ge=0)  # m, how far the pole lifts the soles off the floor
+    coulomb_speed: float = Field(default=0.02, gt=0)  # rad/s over which Coulomb friction turns sign
 
 
 class Plant:
@@ -146,8 +146,8 @@ class Plant:
 
     def profile(self, name: str | Path) -> None:
         """Change the noise profile; biases are drawn anew from the seed."""
-        sizes = (self.robot.dimensions[d] for d in "nkm")
-        self.noise = Noise(load_profile(name), *sizes, self.seed)
+        n, k, m = (self.robot.dimensions[d] for d in "nkm")
+        self.noise = Noise(load_profile(name), n, k, m, self.seed)
         coulomb = self.noise.profile.coulomb
         self._friction = JointFriction(self.robot, coulomb, self.config.coulomb_speed)
         self.profile_name = str(name)
@@ -207,10 +207,15 @@ class Plant:
         body = self._body
         self._find_forces()
         q, dq = self._update_joints()
-        offset = None if self._motion is None else self._motion.offset(self.time * 1e-9)
-        motor_torque = self.boards.torque(q, dq, offset)
+        motor_torque = self.boards.torque(q, dq, self._motion_offset())
         self._friction_torque, slope = self._friction.evaluate(dq)
         body.accelerate(motor_torque - self._friction_torque, slope)
+
+    def _motion_offset(self) -> Array | None:
+        now = self.time * 1e-9
+        if self._motion is not None and self._motion.ended(now):
+            self._motion = None
+        return None if self._motion is None else self._motion.offset(now)
 
     def _update_joints(self) -> tuple[Array, Array]:
         self.q, self.dq = self._body.q[self._joint_q], self._body.v[self._joint_v]
@@ -292,6 +297,11 @@ class Plant:
             support_wrench=wrench,
             fallen=self.fallen,
         )
+
+    @property
+    def motion_name(self) -> str:
+        """Name of the present motion, empty without one."""
+        return "" if self._motion is None else self._motion.name
 
     @property
     def pushes(self) -> list[int]:

@@ -37,7 +37,7 @@ class Spot(Strict):
 class Touches(Strict):
     """Pushes on one spot after the other, drawn by the seed."""
 
-    first: float = Field(5.0, ge=0)  # s until the first
+    first: float = Field(default=5.0, ge=0)  # s until the first
     every: Range = [5.0, 9.0]  # s from one start to the next, at least and at most
     force: Range = [8.0, 15.0]  # N
     duration: Range = [1.5, 2.5]  # s
@@ -54,7 +54,7 @@ class PlannedPush(Strict):
     force: Vector3  # N
     frame: Literal["link", "world"] = "link"
     profile: Profile = "hold"
-    duration: float | None = Field(None, gt=0)  # s
+    duration: float | None = Field(default=None, gt=0)  # s
 
 
 class Scenario(Strict):
@@ -137,13 +137,15 @@ class ScenarioPlayer:
             self._touch(self.scenario.touches)
 
     def _touch(self, touches: Touches) -> None:
-        draw = self._random.uniform
         spot = touches.spots[self._random.integers(len(touches.spots))]
         direction = np.array(spot.direction) / np.linalg.norm(spot.direction)
-        force = draw(*touches.force) * direction
-        duration = draw(*touches.duration)
-        self._next_touch += draw(*touches.every)
+        force = self._draw(touches.force) * direction
+        duration = self._draw(touches.duration)
+        self._next_touch += self._draw(touches.every)
         if not self._plant.fallen:
             self._plant.push(
                 spot.link, np.array(spot.point), force, "link", touches.profile, duration
             )
+
+    def _draw(self, span: list[float]) -> float:
+        return float(self._random.uniform(span[0], span[1]))

@@ -170,6 +170,7 @@ def test_imu_and_velocities_equal_finite_differences_of_the_poses(robot):
         raw = plant.raw()
         place = placement(robot.tree.model, robot.tree.frame_id(robot.imus[0]))
         poses.append(plant._body.data.oMi[place.joint] * place.joint_M_frame)
+        assert raw.imu_dgyro is not None
         frames.append((raw.imu_gyro[0], raw.imu_acc[0], raw.imu_dgyro[0]))
     before, now, after = poses[-3:]
     gyro, acc, dgyro = frames[-2]

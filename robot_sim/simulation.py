@@ -1,0 +1,186 @@
+"""The running plant: ports, pace, pause and lockstep around ``Plant``."""
+
+import logging
+import time
+
+from bus import LockstepTimeout, Node, Pending
+from bus.clock import ClockServer, State
+from bus.envelope import SIMULATED
+from bus.lockstep import Lockstep
+from robot_model import Robot, ports
+from robot_model.messages import GroundTruth, MotorCommand, RawFrame
+from robot_sim.config import SimConfig
+from robot_sim.pace import RealTime
+from robot_sim.plant import TICK, Base, Plant
+from robot_sim.scenario import ScenarioPlayer, load_scenario
+
+logger = logging.getLogger(__name__)
+
+PATIENCE = 5.0  # s of wall time until a missing lockstep participant is an error
+IDLE = 0.05  # s
+
+
+class Simulation:
+    """Moves a plant through time and its samples to the bus."""
+
+    def __init__(self, node: Node, robot: Robot, config: SimConfig):
+        self._node, self._config = node, config
+        self.plant = Plant(robot, config.base, config.profile, config.seed, config.plant)
+        self.player = ScenarioPlayer(self.plant, load_scenario(config.scenario, robot), config.seed)
+        self.paused = config.paused
+        self.ticks = self.refused = 0
+        self.waiting_for = ""
+        self._pace = RealTime(TICK, config.burst)
+        self._steps: list[tuple[int, Pending]] = []  # ticks asked for while paused
+        self._resets = 0
+        self._open_ports(robot)
+
+    def _open_ports(self, robot: Robot) -> None:
+        node, config = self._node, self._config
+        sizes = {"model": robot.model_hash, "dimensions": robot.dimensions}
+        self._raw = node.output(ports.name("raw", robot), RawFrame, ports.rate("raw"), **sizes)
+        truth, rate = ports.name("truth", robot), ports.rate("truth")
+        self._truth = node.output(truth, GroundTruth, rate, **sizes) if config.truth else None
+        self._truth_period = round(1e9 / rate)
+        self._clock = ClockServer(node, ports.name("clock", robot))
+        self._commands = node.input(
+            ports.name("robot_sim_motor_command", robot),
+            MotorCommand,
+            source=config.inputs.get("motor_command", ports.name("motor_command", robot)),
+            **sizes,
+        )
+        self._lockstep = None
+        if config.lockstep:
+            if not config.participants:
+                raise ValueError("lockstep: participants: expected at least one service, got none")
+            self._lockstep = Lockstep(node, config.participants)
+
+    @property
+    def state(self) -> State:
+        return "paused" if self.paused else "running"
+
+    @property
+    def slipped(self) -> int:
+        """Ticks that real time gave up because the machine stalled."""
+        return self._pace.slipped
+
+    def run(self) -> None:
+        """Run until the node is asked to end."""
+        self._pace.start(time.monotonic_ns())
+        self._tell_time()
+        while self._node.running:
+            if self.paused:
+                self._run_paused()
+            elif self._config.pace == "real_time":
+                self._run_real_time()
+            else:
+                self._run_fast()
+
+    def _run_real_time(self) -> None:
+        for _ in range(self._pace.due(time.monotonic_ns())):
+            self._tick()
+        # Sleeping, and only then looking at the bus: waiting on the bus would wake at
+        # every command that arrives between two ticks.
+        time.sleep(self._pace.remaining(time.monotonic_ns()))
+        self._node.wait(0.0)
+
+    def _run_fast(self) -> None:
+        for _ in range(self._config.burst):
+            self._tick()
+        self._node.wait(0.0)
+
+    def _run_paused(self) -> None:
+        if not self._steps:
+            self._node.wait(IDLE)
+            return
+        ticks, pending = self._steps.pop(0)
+        for _ in range(min(ticks, self._config.burst)):
+            self._tick()
+        if ticks > self._config.burst:
+            self._steps.insert(0, (ticks - self._config.burst, pending))
+        else:
+            pending.reply({"time": self.plant.time})
+        self._node.wait(0.0)
+
+    def _tick(self) -> None:
+        plant = self.plant
+        self._take_command()
+        self.player.step()
+        acquired = time.time_ns()
+        plant.step()
+        self.ticks += 1
+        stamp = plant.time
+        self._raw.write(plant.raw(), stamp=stamp, clock=SIMULATED, acquired=acquired)
+        truth = self._truth
+        if truth is not None and truth.matched and stamp % self._truth_period == 0:
+            truth.write(plant.truth(), stamp=stamp, clock=SIMULATED, acquired=acquired)
+        self._tell_time()
+        if self._lockstep is not None:
+            self._await_participants(self._lockstep)
+
+    def _take_command(self) -> None:
+        received = self._commands.newest()
+        if received is None or not received.envelope.valid:
+            return
+        command = received.data
+        try:
+            self.plant.boards.command(command.mode, command.value, command.feedforward)
+        except ValueError as error:
+            self.refused += 1
+            logger.warning("refused a motor command: %s", error)
+
+    def _await_participants(self, lockstep: Lockstep) -> None:
+        """Wait for all participants; a missing one is named every five seconds."""
+        stamp, resets = self.plant.time, self._resets
+        while self._node.running and self._resets == resets:
+            try:
+                lockstep.wait(stamp, PATIENCE)
+                break
+            except LockstepTimeout as error:
+                self.waiting_for = str(error)
+                logger.error("lockstep: %s; still waiting", error)
+                self._tell_time()
+        self.waiting_for = ""
+
+    def _tell_time(self) -> None:
+        self._clock.update(self.plant.time, self.state)
+
+    # -- what the verbs do
+
+    def pause(self) -> None:
+        """Stop simulated time."""
+        self.paused = True
+        self._tell_time()
+
+    def resume(self) -> None:
+        """Let simulated time run; no tick is made up for the pause."""
+        self._drop_steps("resumed")
+        self.paused = False
+        self._pace.start(time.monotonic_ns())
+        self._tell_time()
+
+    def step(self, ticks: int) -> Pending:
+        """Take ticks while paused; the answer comes when they are done."""
+        pending = Pending()
+        self._steps.append((ticks, pending))
+        return pending
+
+    def reset(self) -> None:
+        """Go back to the start; a pause stays."""
+        self._restart(self.plant.base_mode)
+
+    def change_base(self, base: Base) -> None:
+        """Put the robot on the pole or on the floor, at the start."""
+        self._restart(base)
+
+    def _restart(self, base: Base) -> None:
+        self._drop_steps("reset")
+        self._resets += 1
+        self.plant.base(base)
+        self.player.restart()
+        self._tell_time()
+
+    def _drop_steps(self, why: str) -> None:
+        for _, pending in self._steps:
+            pending.fail(f"the plant was {why} before the steps were done")
+        self._steps = []
