@@ -1,0 +1,149 @@
+"""The Enhanced Oriented Graph of a robot, as one Pinocchio model and constant matrices.
+
+The kinematic tree is re-rooted at the inertial sensor and cut at its N force/torque
+sensors into N + 1 sub-trees (thesis of Fumagalli, sections 3.3 and 4.1). Each sub-tree
+bears one unknown external wrench, a massless leaf of the tree.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from estimation.contact_set import Contact
+from robot_model import Robot
+from robot_model.tree import build_tree
+
+
+class OrientedGraph:
+    """Re-rooted, cut model with a contact leaf and a default-frame leaf per sub-tree.
+
+    "Below" is away from the inertial sensor. Sizes: n joints, k sensors, s = k + 1
+    sub-trees; column 0 of ``incidence`` is the wrench at the root, column i + 1 that
+    through sensor i.
+    """
+
+    incidence: np.ndarray  # (s, s) entries 0, 1, -1: sub-tree = what enters - what leaves
+    contact_below: np.ndarray  # (n, s) 1 where the contact of a sub-tree is below a joint
+
+    def __init__(self, robot: Robot, contacts: Sequence[Contact]):
+        self.robot = robot
+        self.tree = build_tree(robot, robot.imus[0], cut=True)
+        self.model: pin.Model = self.tree.model
+        model = self.model
+        model.gravity = pin.Motion.Zero()  # the accelerometer carries it
+        self.bare_model = pin.Model(model)  # without the leaves, which cost time in dynamics
+        self._joint_ids = _joint_ids(model, self.tree.joint_v)
+        self._cut_ids = _joint_ids(model, self.tree.cut_v[:, 0])
+        links = [self.tree.frame_ids[subtree.default_link] for subtree in robot.subtrees]
+        self.entry = [self._enter(model.frames[i].parentJoint) for i in links]
+        self.incidence = self._incidence()
+        self._leaves = [self._add_leaf(f"contact_{s.name}") for s in robot.subtrees]
+        self._add_default_leaves()
+        self.neutral = pin.neutral(model)
+        self.place(contacts)
+
+    @property
+    def leaf_v(self) -> int:
+        """Start in v of the leaves: s contacts, then s default frames, six each."""
+        return self.model.joints[self._leaves[0]].idx_v
+
+    def _add_leaf(self, name: str, parent: int = 1, placement: pin.SE3 | None = None) -> int:
+        # Leaves come last: a parent may then change to any joint and still precede its leaf.
+        at = pin.SE3.Identity() if placement is None else placement
+        return self.model.addJoint(parent, pin.JointModelFreeFlyer(), at, name)
+
+    def _add_default_leaves(self) -> None:
+        for subtree in self.robot.subtrees:
+            parent, placement = self._locate(*self.robot.frame(subtree.default_frame))
+            self._add_leaf(f"default_{subtree.name}", parent, placement)
+
+    def _locate(self, link: str, link_m_place: pin.SE3) -> tuple[int, pin.SE3]:
+        frame = self.model.frames[self.tree.frame_id(link)]
+        return frame.parentJoint, frame.placement * link_m_place
+
+    def place(self, contacts: Sequence[Contact]) -> None:
+        """Move the contact leaves; takes effect at the next call of a kinematic algorithm."""
+        for leaf, contact in zip(self._leaves, contacts, strict=True):
+            parent, placement = self._locate(contact.link, contact.placement)
+            self.model.parents[leaf] = parent
+            self.model.jointPlacements[leaf] = placement
+        self.contact_below = self._below(self._leaves).astype(float)
+
+    def _chain(self, joint: int) -> list[int]:
+        """Return the joints from ``joint`` up to the root, both included."""
+        chain = [joint]
+        while chain[-1] > 1:
+            chain.append(self.model.parents[chain[-1]])
+        return chain
+
+    def _below(self, joints: Sequence[int]) -> np.ndarray:
+        """Return (n, len(joints)): whether a model joint is a joint of the robot or below it."""
+        chains = [self._chain(joint) for joint in joints]
+        return np.array([[j in chain for chain in chains] for j in self._joint_ids])
+
+    def _enter(self, joint: int) -> int:
+        """Column of the wrench through which the sub-tree of a joint hangs on the root's side."""
+        cuts = (self._cut_ids.index(j) + 1 for j in self._chain(joint) if j in self._cut_ids)
+        return next(cuts, 0)
+
+    def _incidence(self) -> np.ndarray:
+        incidence = np.zeros((len(self.entry), len(self.entry)))
+        for row, column in enumerate(self.entry):
+            incidence[row, column] = 1.0
+        for i, cut in enumerate(self._cut_ids):
+            outside = self._enter(self.model.parents[cut])
+            incidence[self.entry.index(outside), i + 1] = -1.0
+        return incidence
+
+    def subtree_joints(self) -> np.ndarray:
+        """Return (s, n): whether a sub-tree's wrench needs the motion of a joint.
+
+        It needs the joints between its bodies and the inertial sensor.
+        """
+        needs = np.zeros((len(self.entry), self.robot.n), dtype=bool)
+        for body, subtree in self._bodies():
+            needs[subtree] |= self._below([body])[:, 0]
+        return needs
+
+    def torque_joints(self) -> np.ndarray:
+        """Return (n, n): whether the torque of a joint (row) needs the motion of another.
+
+        The torque balances the bodies below the joint; sub-trees whose contact is below
+        too cancel but for their bodies above the joint.
+        """
+        needs = np.eye(self.robot.n, dtype=bool)
+        for body, subtree in self._bodies():
+            path = self._below([body])[:, 0]
+            counts = path != (self.contact_below[:, subtree] > 0.0)
+            needs |= counts[:, None] & path[None, :]
+        joint_paths = self._below(self._joint_ids)
+        sensor_paths = self._below(self._cut_ids)
+        return needs | joint_paths.T | (self.torque_sensors() @ sensor_paths.T)
+
+    def prediction_joints(self) -> np.ndarray:
+        """Return (k, n): whether a predicted reading needs the motion of a joint."""
+        needs = self._below(self._cut_ids).T
+        for body, _ in self._bodies():
+            chain = self._chain(body)
+            beyond = np.array([cut in chain for cut in self._cut_ids])
+            needs = needs | (beyond[:, None] & self._below([body]).T)
+        return needs
+
+    def torque_sensors(self) -> np.ndarray:
+        """Return (n, k): whether the torque of a joint needs a force/torque sensor."""
+        return (self.contact_below @ self.incidence)[:, 1:] != 0.0
+
+    def subtree_sensors(self) -> np.ndarray:
+        """Return (s, k): whether the wrench of a sub-tree needs a force/torque sensor."""
+        return self.incidence[:, 1:] != 0.0
+
+    def _bodies(self) -> list[tuple[int, int]]:
+        """Model joints that carry mass, with their sub-trees."""
+        heavy = [j for j in range(1, self._leaves[0]) if self.model.inertias[j].mass > 0.0]
+        return [(j, self.entry.index(self._enter(j))) for j in heavy]
+
+
+def _joint_ids(model: pin.Model, starts: np.ndarray) -> list[int]:
+    by_start = {model.joints[j].idx_v: j for j in range(1, model.njoints)}
+    return [by_start[int(start)] for start in starts]

@@ -1,0 +1,155 @@
+"""Virtual joint torque sensors and external wrenches from force/torque sensors.
+
+One recursive Newton-Euler pass over the Enhanced Oriented Graph predicts every
+force/torque reading; what the sensors read otherwise is the external wrench of the
+sub-trees, and the joint torques follow (Fumagalli, sections 3.3-3.4 and 4.3).
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from estimation.contact_set import Contact, Touch, contact_set
+from estimation.oriented_graph import OrientedGraph
+from robot_model import Robot
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Estimate:
+    """What one sample tells. Wrenches are [f m] of the world on the robot, N and N m."""
+
+    torque: np.ndarray  # (n,) link torques, N m
+    wrench: np.ndarray  # (s, 6) about each contact's point, in the axes of its frame
+    subtree_wrench: np.ndarray  # (s, 6) net, about each sub-tree's default frame
+    predicted: np.ndarray  # (k, 6) readings if nothing touched the side away from the IMU
+    measured: np.ndarray  # (k, 6) readings without their offsets
+
+
+class TorqueObserver:
+    """Torques of all joints and one external wrench per sub-tree, k sensors giving k + 1.
+
+    Needs neither attitude nor base velocity: the accelerometer carries gravity. The
+    unknown wrench of a sub-tree acts at its contact (``contacts``); the net wrench of
+    a sub-tree does not depend on where that is.
+    """
+
+    contacts: tuple[Contact, ...]
+
+    def __init__(self, robot: Robot, support: str = "floor"):
+        self.robot = robot
+        self.support = support
+        self.offset = np.zeros((len(robot.ft_sensors), 6))  # reading minus true wrench
+        self.contacts = contact_set(robot, support)
+        self.graph = OrientedGraph(robot, self.contacts)
+        self._bind()
+        self._combine()
+
+    def set_contacts(self, touches: Iterable[Touch] = (), support: str | None = None) -> None:
+        """Say where the world acts from the next sample on.
+
+        Args:
+            touches: Links (or frames) and points (3,) in them [m]; each replaces the
+                default contact of its sub-tree.
+            support: New kind of support; unchanged when None.
+
+        Raises:
+            LookupError, ValueError: As ``contact_set``; nothing has changed then.
+        """
+        support = self.support if support is None else support
+        self.contacts = contact_set(self.robot, support, touches)
+        self.support = support
+        self.graph.place(self.contacts)
+        self._combine()
+
+    def step(
+        self,
+        q: np.ndarray,
+        dq: np.ndarray,
+        ddq: np.ndarray,
+        ft: np.ndarray,
+        gyro: np.ndarray,
+        acc: np.ndarray,
+        dgyro: np.ndarray,
+    ) -> Estimate:
+        """Return torques and wrenches of one instant.
+
+        Args:
+            q, dq, ddq: Joint motion, (n,) rad, rad/s, rad/s^2.
+            ft: Readings, (k, 6) parent on child, in the sensors' frames.
+            gyro, acc, dgyro: Angular velocity, proper and angular acceleration of the
+                first inertial sensor, (3,) in its frame.
+        """
+        self._q[self._joint_q] = q
+        v, a, joint_v = self._v, self._a, self._joint_v
+        v[3:6] = gyro
+        v[joint_v] = dq
+        a[:3] = acc
+        a[3:6] = dgyro
+        a[joint_v] = ddq
+        pin.rnea(self._bare, self._bare_data, self._bare_q, self._v, a)
+        pin.computeJointJacobians(self._model, self._data, self._q)
+        return self._balance(ft - self.offset)
+
+    def _balance(self, measured: np.ndarray) -> Estimate:
+        """Turn predicted and measured readings into external wrenches and torques."""
+        through = self._through
+        self._tau.take(self._tau_index, out=self._entering, mode="clip")
+        self._jacobian.take(self._jacobian_index, out=self._gathered, mode="clip")
+        predicted = through.copy()
+        through -= measured
+        if self._mirrored:
+            # Where the model's parent is the child of the sensor, both signs turn.
+            predicted *= self._sign
+            np.multiply(predicted - measured, self._sign, out=through)
+        entering_imu = np.matvec(self._force_maps, self._entering)
+        external_imu = self._incidence @ entering_imu
+        below = self._contact_below @ external_imu
+        torque = self._tau[self._joint_v] - np.vecdot(self._joint_axes, below)
+        wrench, subtree_wrench = np.matvec(self._leaf_maps, external_imu)
+        return Estimate(torque, wrench, subtree_wrench, predicted, measured)
+
+    def _bind(self) -> None:
+        """Take views of Pinocchio's results, which stay where they are in memory."""
+        tree, self._model = self.graph.tree, self.graph.model
+        self._bare = self.graph.bare_model
+        self._data, self._bare_data = self._model.createData(), self._bare.createData()
+        self._q = self.graph.neutral.copy()
+        self._bare_q = self._q[: self._bare.nq]  # leaves come last
+        self._v, self._a = np.zeros(self._bare.nv), np.zeros(self._bare.nv)
+        self._joint_q, self._joint_v = tree.joint_q, tree.joint_v
+        self._sign = tree.cut_sign[:, None]
+        self._mirrored = bool((tree.cut_sign < 0.0).any())
+        self._incidence = self.graph.incidence
+        self._tau = self._bare_data.tau
+        columns = self._data.J.T  # row = column of J, a motion [v w] in IMU axes
+        self._jacobian = columns.reshape(-1)
+        if not np.shares_memory(self._jacobian, columns):
+            raise RuntimeError("Pinocchio's Jacobian is not column-major; cannot take a view")
+        self._index(len(self.robot.subtrees), columns)
+
+    def _index(self, s: int, columns: np.ndarray) -> None:
+        """Lay out what is gathered from tau and from the Jacobian at each step.
+
+        A column block of J is a motion map X = [R [p]R; 0 R]; the force map [R 0; [p]R R]
+        has the same blocks in other places. The transpose of a leaf's block maps forces
+        back to the leaf.
+        """
+        entering_v = np.vstack([np.arange(6), self.graph.tree.cut_v])
+        swap = np.array([3, 4, 5, 0, 1, 2])
+        force_index = 6 * entering_v[:, None, swap] + swap[None, :, None]
+        joint_index = 6 * self._joint_v[:, None] + np.arange(6)
+        self._tau_index = entering_v
+        self._jacobian_index = np.concatenate([force_index.ravel(), joint_index.ravel()])
+        self._entering = np.zeros((s, 6))
+        self._through = self._entering[1:]
+        self._gathered = np.zeros(self._jacobian_index.size)
+        self._force_maps = self._gathered[: 36 * s].reshape(s, 6, 6)
+        self._joint_axes = self._gathered[36 * s :].reshape(-1, 6)
+        start = self.graph.leaf_v
+        self._leaf_maps = columns[start : start + 12 * s].reshape(2, s, 6, 6)
+
+    def _combine(self) -> None:
+        """Recompute what depends on the contacts."""
+        self._contact_below = self.graph.contact_below

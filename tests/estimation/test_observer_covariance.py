@@ -1,0 +1,47 @@
+"""The stated uncertainty of the observer against sampled sensor noise."""
+
+import numpy as np
+import pytest
+
+from estimation.observer_covariance import ObserverNoise, propagate
+from estimation.torque_observer import TorqueObserver
+from robot_model import load_robot
+from tests.estimation.observer_states import random_input
+
+NOISE = ObserverNoise(force=1.0, moment=0.03, acceleration=0.05, angular_acceleration=0.2)
+
+
+@pytest.fixture(scope="module")
+def observer():
+    return TorqueObserver(load_robot("icub"))
+
+
+def sampled(observer, state, count):
+    rng = np.random.default_rng(11)
+    scale = np.repeat([NOISE.force, NOISE.moment], 3)
+    for _ in range(count):
+        noisy = state._replace(
+            ft=state.ft + scale * rng.normal(size=state.ft.shape),
+            acc=state.acc + NOISE.acceleration * rng.normal(size=3),
+            dgyro=state.dgyro + NOISE.angular_acceleration * rng.normal(size=3),
+        )
+        yield observer.step(*noisy)
+
+
+def test_stated_uncertainty_equals_the_scatter_of_noisy_samples(observer):
+    observer.set_contacts([("l_forearm", np.array([0.0, 0.02, 0.05]))])
+    state = random_input(observer.robot, np.random.default_rng(0))
+    stated = propagate(observer, NOISE, state.q)
+    samples = list(sampled(observer, state, 3000))
+    torque = np.array([sample.torque for sample in samples]).std(axis=0)
+    wrench = np.array([sample.wrench for sample in samples]).std(axis=0)
+    std = np.sqrt(np.diagonal(stated.wrench, axis1=1, axis2=2))
+    np.testing.assert_allclose(torque, stated.torque_std, rtol=0.06)
+    np.testing.assert_allclose(wrench, std, rtol=0.06)
+
+
+def test_covariances_are_symmetric_and_positive_definite(observer):
+    stated = propagate(observer, NOISE, observer.robot.home)
+    np.testing.assert_allclose(stated.wrench, stated.wrench.transpose(0, 2, 1))
+    assert (np.linalg.eigvalsh(stated.wrench) > 0.0).all()
+    assert (stated.torque_std > 0.0).all()

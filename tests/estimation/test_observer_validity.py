@@ -1,0 +1,79 @@
+"""One lost channel costs what depends on it, and nothing else."""
+
+import numpy as np
+import pytest
+
+from estimation.dependencies import ChannelDependencies
+from estimation.torque_observer import TorqueObserver
+from robot_model import load_robot
+from tests.estimation.observer_states import random_input
+
+ROBOT = load_robot("icub")
+
+
+@pytest.fixture(scope="module")
+def observer():
+    return TorqueObserver(ROBOT)
+
+
+@pytest.fixture(scope="module")
+def dependencies(observer):
+    return ChannelDependencies(observer.graph)
+
+
+def lose(dependencies, joint=None, ft=None, imu=None):
+    flags = [np.ones(ROBOT.dimensions[d], dtype=bool) for d in "nkm"]
+    for flag, index in zip(flags, (joint, ft, imu), strict=True):
+        if index is not None:
+            flag[index] = False
+    return dependencies.validity(*flags)
+
+
+def differing(ours, theirs):
+    return np.abs(ours - theirs).reshape(len(ours), -1).max(axis=1) > 1e-9
+
+
+def test_with_every_channel_everything_is_valid(dependencies):
+    validity = lose(dependencies)
+    assert validity.complete and validity.reason == ""
+    assert validity.torque.all() and validity.subtree.all() and validity.prediction.all()
+
+
+@pytest.mark.parametrize("sensor", range(6))
+def test_a_lost_sensor_invalidates_exactly_what_its_reading_changes(observer, dependencies, sensor):
+    state = random_input(ROBOT, np.random.default_rng(sensor))
+    ft = state.ft.copy()
+    ft[sensor] += 10.0
+    one, other = observer.step(*state), observer.step(*state._replace(ft=ft))
+    validity = lose(dependencies, ft=sensor)
+    np.testing.assert_array_equal(~validity.subtree, differing(one.wrench, other.wrench))
+    np.testing.assert_array_equal(~validity.torque, differing(one.torque, other.torque))
+    assert (~validity.subtree).sum() == 2
+    assert ROBOT.ft_sensors[sensor] in validity.reason
+
+
+@pytest.mark.parametrize("joint", range(ROBOT.n))
+def test_a_lost_joint_invalidates_all_that_its_motion_changes(observer, dependencies, joint):
+    state = random_input(ROBOT, np.random.default_rng(joint))
+    q, dq, ddq = state.q.copy(), state.dq.copy(), state.ddq.copy()
+    q[joint] += 0.5
+    dq[joint] += 1.0
+    ddq[joint] += 2.0
+    one = observer.step(*state)
+    other = observer.step(*state._replace(q=q, dq=dq, ddq=ddq))
+    validity = lose(dependencies, joint=joint)
+    assert not (validity.subtree & differing(one.subtree_wrench, other.subtree_wrench)).any()
+    assert not (validity.torque & differing(one.torque, other.torque)).any()
+    assert not (validity.prediction & differing(one.predicted, other.predicted)).any()
+
+
+def test_a_lost_elbow_costs_one_arm(dependencies):
+    validity = lose(dependencies, joint=ROBOT.joints.index("l_elbow"))
+    lost = {ROBOT.subtrees[i].name for i in np.flatnonzero(~validity.subtree)}
+    assert lost == {"l_arm"}
+
+
+def test_without_the_inertial_sensor_nothing_is_valid(dependencies):
+    validity = lose(dependencies, imu=0)
+    assert not (validity.torque.any() or validity.subtree.any() or validity.prediction.any())
+    assert ROBOT.imus[0] in validity.reason

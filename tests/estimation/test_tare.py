@@ -1,0 +1,128 @@
+"""Tare: what a resting robot reveals about its sensors' offsets, and what it does not."""
+
+import numpy as np
+import pytest
+
+from estimation.tare import MovingError, RestingAverage, StillnessLimits, Tare
+from estimation.torque_observer import TorqueObserver
+from robot_model import load_robot
+from robot_sim import Plant
+
+LIMITS = StillnessLimits(joint_velocity=0.02, joint_travel=0.02, angular_velocity=0.05)
+ARMS = [0, 1]
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot("icub")
+
+
+@pytest.fixture(scope="module")
+def biases():
+    rng = np.random.default_rng(3)
+    return np.hstack([rng.uniform(-2.0, 2.0, (6, 3)), rng.uniform(-0.06, 0.06, (6, 3))])
+
+
+@pytest.fixture(scope="module")
+def standing(robot):
+    plant = Plant(robot)
+    for _ in range(6000):
+        plant.step()
+    return plant
+
+
+@pytest.fixture(scope="module")
+def hanging(robot):
+    plant = Plant(robot, base="fixed")
+    for _ in range(6000):
+        plant.step()
+    return plant
+
+
+def rest(plant, biases, samples=1000):
+    average = RestingAverage(plant.robot.joints, LIMITS)
+    for _ in range(samples):
+        plant.step()
+        raw = plant.raw()
+        average.add(raw.q, raw.dq, raw.ft + biases, raw.imu_gyro[0], raw.imu_acc[0])
+    return average.mean()
+
+
+def tare(plant, biases, support):
+    observer = TorqueObserver(plant.robot, support)
+    mean = rest(plant, biases)
+    return observer, Tare(observer.graph, 2.0, 0.06).solve(mean, support, observer.offset)
+
+
+def test_on_two_feet_the_arms_are_tared(standing, biases):
+    _, result = tare(standing, biases, "floor")
+    np.testing.assert_allclose(result.offset[ARMS], biases[ARMS], atol=5e-3)
+    assert result.tared == ("l_arm_ft", "r_arm_ft")
+
+
+def test_on_two_feet_hips_agree_with_feet_and_the_sum_of_the_feet_is_right(standing, biases):
+    observer, result = tare(standing, biases, "floor")
+    raw = standing.raw()
+    observer.offset = result.offset
+    imu = raw.imu_gyro[0], raw.imu_acc[0], raw.imu_dgyro[0]
+    estimate = observer.step(raw.q, raw.dq, raw.ddq, raw.ft + biases, *imu)
+    untouched = [standing.robot.subtree_of(name) for name in ("l_upper_leg", "r_upper_leg")]
+    assert np.abs(estimate.subtree_wrench[[0, *untouched]]).max() < 0.05
+    assert np.abs(estimate.torque - standing.truth().link_torque).max() < 2.0
+
+
+def test_the_difference_between_the_feet_stays_and_the_reply_says_so(standing, biases):
+    _, result = tare(standing, biases, "floor")
+    assert ("l_leg_ft", "l_foot_ft") in result.relative
+    assert set(result.unobservable) == {"l_leg_ft", "r_leg_ft", "l_foot_ft", "r_foot_ft"}
+    assert "cannot be observed" in result.message and "l_sole and r_sole" in result.message
+
+
+def test_the_sum_of_the_feet_bears_the_robot(standing, biases):
+    observer, result = tare(standing, biases, "floor")
+    observer.offset = result.offset
+    raw, truth = standing.raw(), standing.truth()
+    imu = raw.imu_gyro[0], raw.imu_acc[0], raw.imu_dgyro[0]
+    estimate = observer.step(raw.q, raw.dq, raw.ddq, raw.ft + biases, *imu)
+    feet = [standing.robot.subtree_of(frame) for frame in truth.support_frames]
+    # Both soles lie flat, so that their axes are parallel.
+    sums = estimate.wrench[feet, :3].sum(axis=0), truth.support_wrench[:, :3].sum(axis=0)
+    np.testing.assert_allclose(*sums, atol=0.1)
+
+
+def test_on_the_pole_every_sensor_is_tared(hanging, biases):
+    _, result = tare(hanging, biases, "pole")
+    np.testing.assert_allclose(result.offset, biases, atol=2e-3)
+    assert result.tared == hanging.robot.ft_sensors and not result.unobservable
+
+
+def test_a_second_tare_changes_nothing(standing, biases):
+    observer = TorqueObserver(standing.robot)
+    mean = rest(standing, biases)
+    solver = Tare(observer.graph, 2.0, 0.06)
+    first = solver.solve(mean, "floor", observer.offset)
+    second = solver.solve(mean, "floor", first.offset)
+    np.testing.assert_allclose(second.offset, first.offset, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("dq", "gyro", "drift", "text"),
+    [
+        (0.1, 0.0, 0.0, "neck_pitch at 0.100 rad/s"),
+        (0.0, 0.2, 0.0, "turns at 0.200 rad/s"),
+        (0.0, 0.0, 0.01, "neck_pitch by 0.0"),
+    ],
+)
+def test_a_moving_robot_is_refused(robot, dq, gyro, drift, text):
+    average = RestingAverage(robot.joints, LIMITS)
+    joint = np.eye(robot.n)[robot.joints.index("neck_pitch")]
+    for i in range(10):
+        turning = np.array([0.0, 0.0, gyro])
+        average.add(i * drift * joint, dq * joint, np.zeros((6, 6)), turning, np.zeros(3))
+    with pytest.raises(MovingError, match=text):
+        average.mean()
+
+
+def test_without_samples_there_is_no_tare(robot):
+    with pytest.raises(MovingError, match="no complete sample"):
+        RestingAverage(robot.joints, LIMITS).mean()

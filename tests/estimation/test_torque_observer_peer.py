@@ -1,0 +1,62 @@
+"""The torque observer beside iDynTree: same inputs, same answers."""
+
+import numpy as np
+import pytest
+
+from benchmarks.idyntree_observer import IdyntreeObserver
+from estimation.torque_observer import TorqueObserver
+from robot_model import load_robot
+from tests.estimation.observer_states import random_input
+
+
+@pytest.fixture(scope="module")
+def pair():
+    observer = TorqueObserver(load_robot())
+    return observer, IdyntreeObserver(observer.robot, [c.frame for c in observer.contacts])
+
+
+def relative(ours, theirs):
+    return np.abs(ours - theirs).max() / max(1.0, np.abs(theirs).max())
+
+
+def test_torques_and_wrenches_equal_idyntrees_on_200_random_states(pair):
+    observer, peer = pair
+    rng = np.random.default_rng(7)
+    for _ in range(200):
+        state = random_input(observer.robot, rng)
+        ours = observer.step(*state)
+        torque, wrench = peer.step(*state._replace(ft=-state.ft))
+        assert relative(ours.torque, torque) < 1e-9
+        assert relative(ours.wrench, peer.in_frame_axes(wrench)) < 1e-9
+
+
+def test_every_sensors_prediction_is_idyntrees_reading_without_contacts(pair):
+    observer, peer = pair
+    rng = np.random.default_rng(8)
+    root = observer.robot.subtrees[0]
+    for _ in range(20):
+        state = random_input(observer.robot, rng)
+        predicted = observer.step(*state).predicted
+        # Fed with the prediction, the peer finds no external wrench but the root's.
+        _, wrench = peer.step(*state._replace(ft=-predicted))
+        assert root.ft_in == -1
+        assert np.abs(wrench[1:]).max() < 1e-9
+
+
+@pytest.mark.parametrize("sensor", range(6))
+def test_each_sensor_moves_its_two_subtrees_as_in_idyntree(pair, sensor):
+    observer, peer = pair
+    state = random_input(observer.robot, np.random.default_rng(sensor))
+    ft = state.ft.copy()
+    ft[sensor] += [1.0, -2.0, 3.0, 0.4, 0.5, -0.6]
+    ours = observer.step(*state._replace(ft=ft)).wrench - observer.step(*state).wrench
+    _, with_change = peer.step(*state._replace(ft=-ft))
+    _, without = peer.step(*state._replace(ft=-state.ft))
+    theirs = peer.in_frame_axes(with_change) - peer.in_frame_axes(without)
+    np.testing.assert_allclose(ours, theirs, atol=1e-9)
+    moved = {i for i in range(len(ours)) if np.abs(ours[i]).max() > 1e-6}
+    child = sensor + 1
+    parent = next(
+        i for i, subtree in enumerate(observer.robot.subtrees) if sensor in subtree.ft_out
+    )
+    assert moved == {child, parent}
