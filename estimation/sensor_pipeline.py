@@ -10,24 +10,18 @@ them with delays that nobody states.
 from collections import deque
 from dataclasses import fields, replace
 from math import isfinite
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from estimation.differentiation import Differentiator, Kernel
+from robot_model import Robot
 from robot_model.messages import RawFrame, SensorFrame
 
 Array = np.ndarray
 FLAG_OF_FIELD = {"q": "joint_valid", "dq": "joint_valid", "ddq": "joint_valid"}
 FLAG_OF_FIELD |= {"motor_torque": "joint_valid", "ft": "ft_valid", "imu_quat_wxyz": "imu_valid"}
 FLAG_OF_FIELD |= dict.fromkeys(("imu_gyro", "imu_acc", "imu_dgyro"), "imu_valid")
-
-
-class Dimensions(Protocol):
-    """What the pipeline needs of a robot: the numbers of joints n and of sensors k and m."""
-
-    @property
-    def dimensions(self) -> dict[str, int]: ...
 
 
 class SensorPipeline:
@@ -47,7 +41,7 @@ class SensorPipeline:
     """
 
     def __init__(
-        self, robot: Dimensions, period: float = 1e-3, delay: float = 0.024, bridge: float = 5e-3
+        self, robot: Robot, period: float = 1e-3, delay: float = 0.024, bridge: float = 5e-3
     ):
         self.kernel = Kernel(period, delay)
         self._period = round(period * 1e9)  # [ns]

@@ -2,7 +2,6 @@
 
 from bus.service import serve
 from robot_model import load_robot, ports
-
 from services.sensor_server.config import SensorServerConfig
 from services.sensor_server.service import main
 

@@ -10,8 +10,8 @@ class FilterConfig(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    delay: float = Field(0.024, ge=0.002, le=0.5)  # s
-    bridge: float = Field(0.005, ge=0.0, le=0.1)  # s
+    delay: float = Field(default=0.024, ge=0.002, le=0.5)  # s
+    bridge: float = Field(default=0.005, ge=0.0, le=0.1)  # s
 
 
 class CommandConfig(BaseModel):
@@ -19,18 +19,18 @@ class CommandConfig(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    lease: float = Field(0.5, gt=0.0)  # s
-    command_timeout: float = Field(0.05, gt=0.0)  # s
-    feedforward_timeout: float = Field(0.05, gt=0.0)  # s
-    feedforward_fade: float = Field(0.5, gt=0.0)  # s
-    rate: float = Field(200.0, gt=0.0)  # Hz
+    lease: float = Field(default=0.5, gt=0.0)  # s
+    command_timeout: float = Field(default=0.05, gt=0.0)  # s
+    feedforward_timeout: float = Field(default=0.05, gt=0.0)  # s
+    feedforward_fade: float = Field(default=0.5, gt=0.0)  # s
+    rate: float = Field(default=200.0, gt=0.0)  # Hz
 
 
 class SensorServerConfig(RobotServiceConfig):
     """Settings of the sensor server; ``config.yaml`` gives reasons."""
 
     driver: str = "plant"
-    rate: float = Field(1000.0, gt=0.0)  # Hz
+    rate: float = Field(default=1000.0, gt=0.0)  # Hz
     filter: FilterConfig = FilterConfig()
     command: CommandConfig = CommandConfig()
     inputs: dict[str, str] = {}

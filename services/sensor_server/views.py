@@ -34,11 +34,20 @@ class Views:
         """The ports."""
         return [output for output, _ in self._views]
 
-    def write(self, frame: SensorFrame, **envelope: object) -> None:
-        """Write every view that somebody listens to."""
+    def write(
+        self, frame: SensorFrame, stamp: int, clock: int, acquired: int, valid: bool, reason: str
+    ) -> None:
+        """Write every view that somebody listens to, with the frame's times [ns]."""
         for output, view in self._views:
             if output.matched:
-                output.write(view(frame), **envelope)
+                output.write(
+                    view(frame),
+                    stamp=stamp,
+                    clock=clock,
+                    acquired=acquired,
+                    valid=valid,
+                    reason=reason,
+                )
 
 
 def _state_view(robot: Robot, indices: np.ndarray) -> View:

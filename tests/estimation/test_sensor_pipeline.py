@@ -1,5 +1,6 @@
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from estimation.sensor_pipeline import SensorPipeline
 from robot_model.messages import RawFrame
 
-ROBOT = SimpleNamespace(dimensions={"n": 3, "k": 2, "m": 1})
+ROBOT: Any = SimpleNamespace(dimensions={"n": 3, "k": 2, "m": 1})
 MILLISECOND = 1_000_000  # [ns]
 
 
@@ -163,7 +164,8 @@ def test_frames_do_not_share_memory_with_later_ones(pipeline):
 
 
 def test_a_robot_without_inertial_and_force_sensors_works():
-    pipeline = SensorPipeline(SimpleNamespace(dimensions={"n": 3, "k": 0, "m": 0}))
+    robot: Any = SimpleNamespace(dimensions={"n": 3, "k": 0, "m": 0})
+    pipeline = SensorPipeline(robot)
     raw = raw_frame(0)
     none = {"ft": np.zeros((0, 6)), "imu_gyro": np.zeros((0, 3)), "imu_acc": np.zeros((0, 3))}
     flags = {"ft_valid": np.zeros(0, dtype=bool), "imu_valid": np.zeros(0, dtype=bool)}

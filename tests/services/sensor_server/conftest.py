@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bus import Node
+from bus.parameters import Parameters
 from bus.testing import eventually, running_hub
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import MotorCommand, RawFrame
@@ -147,6 +148,14 @@ def hub() -> Iterator[str]:
     """One hub for all tests of this folder: a new one for each would cost most of their time."""
     with running_hub() as endpoint:
         yield endpoint
+
+
+@pytest.fixture
+def node(hub: str) -> Iterator[Node]:
+    """The server's place on the bus."""
+    settings = Parameters(SensorServerConfig())
+    with Node("sensor_server", connect=hub, signals=False, parameters=settings) as opened:
+        yield opened
 
 
 @pytest.fixture(scope="session")

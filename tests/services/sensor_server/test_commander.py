@@ -1,4 +1,5 @@
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -6,7 +7,7 @@ import pytest
 from services.sensor_server.commander import Commander, CommandRefused
 from services.sensor_server.config import CommandConfig
 
-ROBOT = SimpleNamespace(
+ROBOT: Any = SimpleNamespace(
     n=2,
     home=np.array([0.1, -0.1]),
     position_lower=np.array([-1.0, -1.0]),
@@ -22,7 +23,7 @@ ME, OTHER = b"me", b"other"
 
 @pytest.fixture
 def commander() -> Commander:
-    commander = Commander(ROBOT, CommandConfig())  # type: ignore[arg-type]
+    commander = Commander(ROBOT, CommandConfig())
     commander.measured(POSTURE, ALL)
     return commander
 
@@ -41,13 +42,13 @@ def test_the_robot_near_home_holds_the_home_posture(commander):
 
 
 def test_the_robot_far_from_home_holds_where_it_is():
-    commander = Commander(ROBOT, CommandConfig())  # type: ignore[arg-type]
+    commander = Commander(ROBOT, CommandConfig())
     commander.measured(np.array([0.9, 0.0]), ALL)
     np.testing.assert_array_equal(commander.motor_command().value, [0.9, 0.0])
 
 
 def test_nothing_is_commanded_before_every_joint_was_measured():
-    commander = Commander(ROBOT, CommandConfig())  # type: ignore[arg-type]
+    commander = Commander(ROBOT, CommandConfig())
     commander.measured(POSTURE, np.array([True, False]))
     assert not commander.ready
     with pytest.raises(CommandRefused, match="no joint positions yet"):
