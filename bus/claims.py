@@ -67,6 +67,7 @@ class Asker:
 
     def ask(self, session: zenoh.Session, key: str, payload: bytes) -> list:
         """Return the hub's answer."""
+        pause = 0.001
         while True:
             request = Request(session, key, payload, timeout=1.0)
             while not request.done and time.monotonic() < self._deadline and self._running():
@@ -74,7 +75,8 @@ class Asker:
             if request.values:
                 return request.values[0]
             self._check(request)
-            time.sleep(0.02)
+            time.sleep(pause)  # the link to the hub comes within milliseconds, when there is one
+            pause = min(2 * pause, 0.05)
 
     def _check(self, request: Request) -> None:
         if not self._running():

@@ -9,7 +9,7 @@ from typing import Any
 import zenoh
 from zenoh.handlers import RingChannel
 
-from bus.codec import Decoder
+from bus.decoder import Decoder
 from bus.counters import InputStatistics, Meter
 from bus.directory import Directory
 from bus.envelope import Received, new_source

@@ -14,6 +14,7 @@ MAX_VALUES = 524288  # float64 values in one block, 4 MiB
 CACHE_SIZE = 64  # shapes remembered per port; types without fixed shapes must not fill memory
 
 Shape = tuple[int, ...]
+FLOAT64 = np.dtype("<f8")
 
 
 class Slot(NamedTuple):
@@ -81,12 +82,9 @@ class Shapes:
 
     def _refuse(self, field: Field, shape: Any, dimensions: Mapping[str, int]) -> WireError:
         expected = tuple(dimensions.get(d, d) if isinstance(d, str) else d for d in field.shape)
-        declared = "" if expected == field.shape else f" {field.shape}"
-        return WireError(
-            f"field {field.name}: expected shape{declared} = {expected}, got {tuple(shape)}"
-            if declared
-            else f"field {field.name}: expected shape {expected}, got {tuple(shape)}"
-        )
+        declared = "" if expected == field.shape else f" ({', '.join(map(str, field.shape))})"
+        got = tuple(shape)
+        return WireError(f"field {field.name}: expected shape {expected}{declared}, got {got}")
 
 
 def read_layout(layout: Any) -> list[tuple[str, Shape]]:

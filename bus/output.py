@@ -8,7 +8,7 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
-from bus.codec import Encoder
+from bus.encoder import Encoder
 from bus.counters import Meter, OutputStatistics
 from bus.envelope import WALL, Envelope, new_source
 from bus.errors import BusError, WireError

@@ -25,6 +25,7 @@ class Field(NamedTuple):
     default: Any  # dataclasses.MISSING when it must travel
     check: Check
     annotation: str
+    simple: bool  # a scalar that is one bool, int, float or str
     unit: str
     frame: str
 
@@ -71,6 +72,7 @@ def _field(item: dataclasses.Field, hint: Any) -> Field:
         default=default,
         check=_check_of(hint, item.name) if kind == "scalar" else _anything,
         annotation=getattr(hint, "__name__", str(hint)) if _is_plain(hint) else str(hint),
+        simple=hint in (bool, int, float, str),
         unit=metadata.get("unit", ""),
         frame=metadata.get("frame", ""),
     )

@@ -19,6 +19,7 @@ _SETTINGS = {
     "transport/shared_memory/enabled": False,  # no gain below 4 KB, and it can lose silently
     "transport/link/tx/lease": int(1000 * LEASE),
     "transport/unicast/open_timeout": 1000,
+    "open/return_conditions/connect_scouted": False,  # else up to 0.5 s; Node.ready meets the peers
     "connect/timeout_ms": -1,  # an absent hub is waited for in the background
     "connect/exit_on_failure": False,
     "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2},

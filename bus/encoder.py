@@ -1,0 +1,158 @@
+"""Messages to bytes: one MessagePack array with one block of float64 (docs/wire.md).
+
+``[type, source, epoch, seq, stamp, clock, acquired, sent, valid, reason, model,
+scalars, layout, block]``
+"""
+
+from collections.abc import Callable, Mapping
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+import msgpack
+import numpy as np
+
+from bus.errors import WireError
+from bus.head import INT64, NUMBERS, UINT64, pack_block_head, pack_prefix
+from bus.layout import FLOAT64, Plan, Shapes
+from bus.schema import Field, fields_of, type_name
+
+_BOOL = np.dtype(bool)
+
+
+class _Form(NamedTuple):
+    """What stays the same while a port's messages keep their shapes and absent fields."""
+
+    get: Callable[[Any], tuple]  # arrays that are there, flags, scalars
+    absent: tuple[str, ...]
+    arrays: int
+    flags: int
+    shapes: list[tuple[int, ...]]
+    dtypes: list[np.dtype]
+    plan: Plan
+    layout: bytes  # packed, with the head of the block
+
+
+class Encoder:
+    """Writes messages of one type from one source."""
+
+    def __init__(
+        self,
+        message_type: type,
+        source: bytes,
+        epoch: int = 0,
+        model: str = "",
+        dimensions: Mapping[str, int] | None = None,
+    ):
+        self._fields = fields_of(message_type)
+        self._type = message_type
+        self._model = model
+        self._shapes = Shapes(self._fields, dimensions or {})
+        self._scalars = [field for field in self._fields if field.kind == "scalar"]
+        self._flags = [field for field in self._fields if field.kind == "flags"]
+        self._form: _Form | None = None
+        self._constant: tuple | None = None  # the last middle part, and what it was made from
+        self._middle = b""
+        self._comparable = all(field.simple for field in self._scalars)
+        self._prefix = pack_prefix(type_name(message_type), source, epoch)
+
+    def encode(
+        self,
+        message: Any,
+        seq: int,
+        stamp: int,
+        clock: int,
+        acquired: int,
+        sent: int,
+        valid: bool = True,
+        reason: str = "",
+    ) -> bytes:
+        """Return the message as bytes; raise WireError when it breaks its own type."""
+        if type(message) is not self._type:
+            expected, got = self._type.__name__, type(message).__name__
+            raise WireError(f"expected a message of type {expected}, got {got}")
+        form, values = self._look(message)
+        block = b"".join([array.tobytes() for array in values[: form.arrays]])
+        form.plan.check_finite(np.frombuffer(block, FLOAT64))
+        numbers = NUMBERS.pack(UINT64, seq, INT64, stamp, clock, INT64, acquired, INT64, sent)
+        middle = self._pack_middle(form, values[form.arrays :], valid, reason)
+        return b"".join((self._prefix, numbers, middle, block))
+
+    def _look(self, message: Any) -> tuple[_Form, tuple]:
+        """Return the form of a message and its values; the form of the last one if it fits."""
+        form = self._form
+        if form is not None:
+            try:
+                values = form.get(message)
+                vectors = values[: form.flags]
+                same = [vector.shape for vector in vectors] == form.shapes
+                if same and [vector.dtype for vector in vectors] == form.dtypes:
+                    if not form.absent or not _any_present(message, form.absent):
+                        return form, values
+            except AttributeError:
+                pass  # a field has become None, or is not an array
+        form = self._form = self._new_form(message)
+        self._constant = None
+        return form, form.get(message)
+
+    def _new_form(self, message: Any) -> _Form:
+        layout, absent = [], []
+        for field in self._fields:
+            value = getattr(message, field.name)
+            if field.kind == "array" and value is None and field.optional:
+                absent.append(field.name)
+            elif field.kind != "scalar":
+                _check_array(field, value)
+                layout.append((field, value))
+        arrays = [(field, value) for field, value in layout if field.kind == "array"]
+        flags = [(field, value) for field, value in layout if field.kind == "flags"]
+        plan = self._shapes.plan([(field.name, value.shape) for field, value in arrays])
+        for field, value in flags:
+            self._shapes.bind(field, value.shape, plan.dimensions)
+        vectors = arrays + flags
+        table = msgpack.packb([[field.name, *value.shape] for field, value in arrays])
+        return _Form(
+            get=_getter([field for field, _ in vectors] + self._scalars),
+            absent=tuple(absent),
+            arrays=len(arrays),
+            flags=len(vectors),
+            shapes=[value.shape for _, value in vectors],
+            dtypes=[FLOAT64] * len(arrays) + [_BOOL] * len(flags),
+            plan=plan,
+            layout=table + pack_block_head(8 * plan.size),
+        )
+
+    def _pack_middle(self, form: _Form, values: tuple, valid: bool, reason: str) -> bytes:
+        """Pack valid, reason, model, scalars and layout, or take the last ones if equal."""
+        count = len(self._flags)
+        flags, scalars = values[:count], values[count:]
+        constant = None
+        if self._comparable:
+            constant = (valid, reason, scalars, [flag.tobytes() for flag in flags])
+            if constant == self._constant:
+                return self._middle
+        table = {f.name: flag.tolist() for f, flag in zip(self._flags, flags, strict=True)}
+        for field, value in zip(self._scalars, scalars, strict=True):
+            table[field.name] = field.check(value)
+        packed = msgpack.packb((bool(valid), str(reason), self._model, table))
+        self._middle = packed[1:] + form.layout
+        self._constant = constant
+        return self._middle
+
+
+def _getter(fields: list[Field]) -> Callable[[Any], tuple]:
+    names = [field.name for field in fields]
+    if len(names) > 1:
+        return attrgetter(*names)
+    return lambda message: tuple(getattr(message, name) for name in names)
+
+
+def _any_present(message: Any, names: tuple[str, ...]) -> bool:
+    return any(getattr(message, name) is not None for name in names)
+
+
+def _check_array(field: Field, value: Any) -> None:
+    expected = "bool" if field.kind == "flags" else "float64"
+    if not isinstance(value, np.ndarray):
+        raise WireError(f"field {field.name}: expected a {expected} array, got {value!r:.60}")
+    if value.dtype != (_BOOL if field.kind == "flags" else FLOAT64):
+        raise WireError(f"field {field.name}: expected {expected}, got {value.dtype}")
