@@ -41,3 +41,7 @@ def _is_bus_error(error: Exception) -> bool:
     """Whether it is one of the bus's; the wire is loaded then, and only then."""
     bus = sys.modules.get("bus")
     return bus is not None and isinstance(error, bus.BusError)
+
+
+if __name__ == "__main__":
+    main()

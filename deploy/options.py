@@ -53,6 +53,12 @@ def on_the_bus(verb: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
+def checked_vector(text: str) -> str:
+    """Refuse a text that is not ``X,Y,Z`` while the command line is read."""
+    vector(text)
+    return text
+
+
 def vector(text: str) -> tuple[float, float, float]:
     """Read ``X,Y,Z``."""
     try:

@@ -6,8 +6,8 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from deploy.errors import UsageError
 from bus.names import did_you_mean
+from deploy.errors import UsageError
 
 APPS = Path(__file__).parents[1] / "apps"
 Restart = Literal["always", "on-failure", "never"]
@@ -99,9 +99,8 @@ def _packaged(name: str) -> Path:
     if path.is_file() and Path(name).name == name:
         return path
     packaged = sorted(file.stem for file in APPS.glob("*.yaml"))
-    raise UsageError(
-        f"no application file {name}{did_you_mean(name, packaged)} (packaged: {', '.join(packaged)})"
-    )
+    hint = did_you_mean(name, packaged)
+    raise UsageError(f"no application file {name}{hint}; packaged are: {', '.join(packaged)}")
 
 
 def _first(error: ValidationError) -> str:

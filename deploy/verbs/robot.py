@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from deploy.errors import CommandError
-from deploy.options import Json, Robot, on_the_bus, vector
+from deploy.options import Json, Robot, checked_vector, on_the_bus, vector
 from deploy.output import print_json, print_line
 
 if TYPE_CHECKING:
@@ -21,9 +21,12 @@ Profile = StrEnum("Profile", ["hold", "ramp", "half_sine"])
 def push(
     node: "Node",
     link: Annotated[str, typer.Argument(help="Link that is pushed, as l_forearm.")],
-    force: Annotated[str, typer.Option(metavar="X,Y,Z", help="Force [N].")],
+    force: Annotated[
+        str, typer.Option(metavar="X,Y,Z", callback=checked_vector, help="Force [N].")
+    ],
     point: Annotated[
-        str, typer.Option(metavar="X,Y,Z", help="Where, in the link's frame [m].")
+        str,
+        typer.Option(metavar="X,Y,Z", callback=checked_vector, help="In the link's frame [m]."),
     ] = "0,0,0",
     frame: Annotated[Frame, typer.Option(help="Axes of the force.")] = Frame.link,
     profile: Annotated[Profile, typer.Option(help="Force over time.")] = Profile.hold,

@@ -91,7 +91,9 @@ def _show(port: str, received: "Received") -> None:
     envelope = received.envelope
     state = "valid" if envelope.valid else f"INVALID: {envelope.reason}"
     age = 1e-6 * (time.time_ns() - envelope.acquired)
-    print_line(f"{port} seq {envelope.seq} stamp {1e-9 * envelope.stamp:.6f} s {age:.1f} ms {state}")
+    print_line(
+        f"{port} seq {envelope.seq} stamp {1e-9 * envelope.stamp:.6f} s {age:.1f} ms {state}"
+    )
     for name, field in received.data.__dataclass_fields__.items():
         unit = field.metadata.get("unit", "")
         label = f"{name} [{unit}]" if unit else name

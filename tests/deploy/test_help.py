@@ -1,0 +1,56 @@
+"""The command's help and its answers to mistakes."""
+
+import pytest
+
+from deploy.main import run
+
+VERBS = [
+    "demo", "up", "run", "status", "list", "info", "read", "hz", "rpc", "push", "tare", "stop",
+    "check",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_help_of_every_verb_ends_with_an_example(verb, capsys):
+    assert run([verb, "--help"]) == 0
+    assert f"Example: wrenchbus {verb}" in capsys.readouterr().out
+
+
+def test_help_names_every_verb(capsys):
+    assert run(["--help"]) == 0
+    shown = capsys.readouterr().out
+    assert all(f"  {verb} " in shown for verb in VERBS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["raed", "/x:o"], "Did you mean 'read'?"),
+        (["push", "chest"], "--force"),
+        (["push", "chest", "--force", "1,2"], "expected X,Y,Z"),
+        (["push", "chest", "--force", "1,2,3", "--frame", "wrold"], "wrold"),
+        (["up", "no_such.yaml"], "no application file no_such.yaml"),
+        (["up", "dmo"], "did you mean demo?"),
+        (["run", "torque_obsever"], "did you mean torque_observer?"),
+        (["demo", "--robot", "icup"], "did you mean 'icub'?"),
+        (["demo", "--base", "afloat"], "afloat"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(arguments, expected, capsys):
+    assert run(arguments) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert expected in shown.err
+    assert shown.err.count("\n") == 1
+
+
+def test_without_a_bus_a_verb_says_how_to_start_one(runtime_directory, capsys):
+    assert run(["list"]) == 1
+    shown = capsys.readouterr().err
+    assert "no bus is running" in shown and "wrenchbus demo" in shown
+    assert shown.count("\n") == 1
+
+
+def test_an_endpoint_without_a_hub_is_one_line_and_status_1(runtime_directory, capsys):
+    assert run(["list", "-e", "tcp/127.0.0.1:9"]) == 1
+    assert capsys.readouterr().err == "wrenchbus: no hub answers at tcp/127.0.0.1:9\n"

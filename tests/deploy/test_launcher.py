@@ -1,0 +1,163 @@
+"""The launcher, with services that need no robot."""
+
+import json
+import os
+import signal
+import time
+
+import pytest
+
+from bus.testing import eventually
+from deploy.main import run
+
+TWO = """
+common: {colour: red}
+services:
+  one: {module: tests.deploy.beacon, params: {height: 3}}
+  two: {module: tests.deploy.beacon, nice: 5}
+once_ready:
+  - {port: "/one/rpc:i", verb: shine, args: {brightness: 1.0}}
+"""
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.fixture
+def status(capsys):
+    """Return ``status()``: what ``wrenchbus status --json`` tells, by service."""
+
+    def asked():
+        assert run(["status", "--json"]) == 0
+        return {row["service"]: row for row in json.loads(capsys.readouterr().out)}
+
+    return asked
+
+
+@pytest.fixture
+def two(launch, application):
+    """Two beacons under a launcher."""
+    command = launch("up", application(TWO))
+    command.until("stop:    Ctrl-C")
+    return command
+
+
+def test_all_services_become_ready_with_their_settings(two, status):
+    rows = status()
+    assert list(rows) == ["hub", "one", "two"]
+    assert all(row["ready"] and row["state"] == "ready" for row in rows.values())
+    assert all(row["restarts"] == 0 and row["uptime_s"] > 0 for row in rows.values())
+    assert os.getpriority(os.PRIO_PROCESS, rows["two"]["pid"]) >= 5
+    assert '     one | settings {"colour": "red", "height": 3}' in two.errors
+
+
+def test_requests_are_sent_once_all_are_ready(two):
+    eventually(lambda: "launcher | shine /one/rpc:i: done" in two.errors)
+
+
+def test_the_runtime_directory_tells_of_the_bus_until_the_end(two, runtime_directory):
+    [file] = runtime_directory.glob("*.json")
+    entry = json.loads(file.read_text())
+    assert entry["pid"] == two.popen.pid and entry["endpoint"].startswith("tcp/127.0.0.1:")
+    two.popen.terminate()
+    assert two.end() == 0
+    assert list(runtime_directory.glob("*.json")) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_everything_with_status_0(two, status, number):
+    pids = [row["pid"] for row in status().values()]
+    two.popen.send_signal(number)
+    assert two.end() == 0
+    assert not any(map(is_alive, pids))
+    assert "Traceback" not in two.errors
+
+
+def test_a_killed_launcher_leaves_nothing_running(two, status):
+    pids = [row["pid"] for row in status().values()]
+    two.popen.kill()
+    eventually(lambda: not any(map(is_alive, pids)), 5.0)
+
+
+def test_what_dies_is_started_again_and_the_others_go_on(two, status):
+    before = status()
+    os.kill(before["one"]["pid"], signal.SIGKILL)
+    eventually(lambda: status()["one"]["restarts"] == 1 and status()["one"]["ready"])
+    assert status()["two"]["pid"] == before["two"]["pid"]
+    assert "one | died (SIGKILL), starts again in 0.5 s" in two.errors
+
+
+def test_the_hub_is_started_again_too(two, status, capsys):
+    os.kill(status()["hub"]["pid"], signal.SIGKILL)
+    eventually(lambda: "hub | died" in two.errors)
+    eventually(lambda: run(["list"]) == 0, 15.0)
+    capsys.readouterr()
+    assert status()["hub"]["restarts"] == 1
+
+
+def test_a_service_that_does_not_end_is_killed_within_five_seconds(launch, application, status):
+    text = "services: {one: {module: tests.deploy.beacon, params: {stubborn: true}}}"
+    command = launch("up", application(text))
+    command.until("stop:    Ctrl-C")
+    pid = status()["one"]["pid"]
+    command.popen.terminate()
+    assert command.end(5.0) == 0
+    assert not is_alive(pid)
+
+
+def test_seconds_end_the_run(launch, application):
+    start = time.monotonic()
+    command = launch("up", application(TWO), "--seconds", "3")
+    assert command.end(15.0) == 0
+    assert time.monotonic() - start > 3.0
+    assert "running: hub, one, two" in command.output
+
+
+def test_wrong_settings_end_the_start_with_status_2(launch, application):
+    text = "services: {one: {module: tests.deploy.beacon, params: {wrong: true}}}"
+    command = launch("up", application(text))
+    assert command.end(15.0) == 2
+    assert "one | one: wrong: unknown key" in command.errors
+    assert command.errors.endswith("wrenchbus: one refused its settings; see its message above\n")
+    assert command.errors.count("unknown key") == 1
+
+
+def test_services_of_other_hosts_are_left_to_them(launch, application, status):
+    text = """
+services:
+  one: {module: tests.deploy.beacon}
+  two: {module: tests.deploy.beacon, host: robot}
+"""
+    launch("up", application(text)).until("running: hub, one\n")
+    assert list(status()) == ["hub", "one"]
+
+
+def test_two_applications_run_at_once_and_verbs_ask_which(launch, application, capsys):
+    for _ in range(2):
+        launch("up", application(TWO)).until("stop:    Ctrl-C")
+    assert run(["list"]) == 1
+    shown = capsys.readouterr().err
+    assert "several buses are running" in shown and shown.count("tcp/127.0.0.1:") == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("services: {one: {modul: beacon}}", "services.one.modul: Extra inputs"),
+        ("services: {}", "services: "),
+        ("services: {one: {module: beacon, nice: 30}}", "services.one.nice: "),
+        ("services: {hub: {module: beacon}}", "'hub' is taken"),
+        ("- 1", "file: "),
+        ("[1", "line 1, column 1"),
+    ],
+)
+def test_a_bad_application_file_is_one_line_and_status_2(text, expected, application, capsys):
+    assert run(["up", application(text)]) == 2
+    shown = capsys.readouterr().err
+    assert expected in shown and "application.yaml" in shown
+    assert shown.count("\n") == 1

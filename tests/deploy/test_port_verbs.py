@@ -1,0 +1,118 @@
+"""The verbs that work on any port, against a small bus without a robot."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from deploy.main import run
+from tests.deploy.beacon import LIGHT
+
+PORT = "/beacon/light:o"
+
+
+@pytest.fixture
+def ask(hub, start, runtime_directory, capsys):
+    """Return ``ask(*arguments)``: status and JSON lines of a verb on a bus with a beacon."""
+    start("tests.deploy.beacon")
+
+    def asked(*arguments):
+        status = run([*arguments, "--json", "--connect", hub])
+        return status, [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+
+    return asked
+
+
+def test_list_tells_name_type_direction_owner_rate_and_sources(ask):
+    status, [ports] = ask("list")
+    port = next(port for port in ports if port["name"] == PORT)
+    assert status == 0
+    assert port["type"] == "Light/1" and port["direction"] == "output"
+    assert port["owner"]["service"] == "beacon" and port["owner"]["pid"] > 0
+    assert port["nominal_hz"] == 100.0 and port["sources"] == []
+
+
+def test_info_tells_fields_units_and_statistics(ask):
+    status, [port] = ask("info", PORT)
+    fields = {field["name"]: field for field in port["fields"]}
+    assert status == 0 and port["name"] == PORT
+    assert fields["point"]["unit"] == "m" and fields["point"]["frame"] == "world"
+    assert port["statistics"]["written"] >= 0
+
+
+def test_read_prints_one_line_per_message_with_all_fields(ask):
+    status, lines = ask("read", PORT, "-n", "3")
+    assert status == 0 and len(lines) == 3
+    first = lines[0]
+    assert first["port"] == PORT
+    assert first["envelope"]["type"] == "Light/1" and first["envelope"]["valid"] is True
+    assert len(bytes.fromhex(first["envelope"]["source"])) == 16
+    assert first["data"]["point"] == LIGHT.point.tolist()
+    assert first["data"]["lit"] == [True, False]
+    assert first["data"]["shade"] is None
+    assert first["data"]["colours"] == ["red", "green"]
+    numbers = [line["envelope"]["seq"] for line in lines]
+    assert numbers == list(range(numbers[0], numbers[0] + 3))
+
+
+def test_hz_measures_rate_and_losses(ask):
+    status, [result] = ask("hz", PORT, "--seconds", "0.5")
+    assert status == 0 and result["port"] == PORT
+    assert 20.0 < result["hz"] < 110.0
+    assert 0.0 < result["period_p50"] <= result["period_p99"] <= result["period_max"]
+    assert result["received"] > 10 and result["lost"] == 0
+
+
+def test_rpc_passes_arguments_and_prints_the_answer(ask):
+    assert ask("rpc", "/beacon/rpc:i", "shine", "brightness=0.5") == (0, [{"brightness": 0.5}])
+
+
+def test_status_without_a_launcher_lists_the_ready_services(ask):
+    status, [rows] = ask("status")
+    beacon = next(row for row in rows if row["service"] == "beacon")
+    assert status == 0 and beacon["ready"] is True and beacon["restarts"] is None
+
+
+def test_check_looks_at_machine_hub_services_and_rates(ask):
+    _, [rows] = ask("check")
+    results = {row["check"]: row["result"] for row in rows}
+    assert results["python"] == results["packages"] == results["robot"] == results["hub"] == "ok"
+    assert results["service beacon"] == "ok"
+    assert f"port {PORT}" in results
+
+
+@pytest.mark.parametrize("verb", ["info", "read", "hz", "rpc"])
+def test_an_unknown_port_is_one_line_with_near_names(verb, hub, start, runtime_directory, capsys):
+    start("tests.deploy.beacon")
+    assert run([verb, "/beacon/ligth:o", "--connect", hub]) == 2
+    shown = capsys.readouterr().err
+    assert "unknown port /beacon/ligth:o" in shown and PORT in shown
+    assert shown.count("\n") == 1
+
+
+def test_a_refused_request_is_one_line_and_status_1(hub, start, runtime_directory, capsys):
+    start("tests.deploy.beacon")
+    assert run(["rpc", "/beacon/rpc:i", "shien", "--connect", hub]) == 1
+    shown = capsys.readouterr().err
+    assert "did you mean shine" in shown and shown.count("\n") == 1
+
+
+def test_read_is_quiet_when_its_reader_goes(hub, start, runtime_directory):
+    start("tests.deploy.beacon")
+    command = [sys.executable, "-m", "deploy.main", "read", PORT, "--json", "--connect", hub]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as reader:
+        assert reader.stdout is not None and reader.stderr is not None
+        assert reader.stdout.readline().startswith(b'{"port"')
+        reader.stdout.close()
+        assert reader.wait(5.0) == 0
+        assert reader.stderr.read() == b""
+
+
+def test_port_verbs_load_no_robot_package():
+    code = (
+        "import sys; from deploy.main import run; run(['list', '-e', 'tcp/127.0.0.1:9']);"
+        "print([m for m in ('robot_model', 'pinocchio', 'viser') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=20)
+    assert done.stdout == "[]\n"
