@@ -1,0 +1,21 @@
+"""``python -m dashboard``"""
+
+import os
+import sys
+
+from bus.service import serve
+from robot_model import load_robot, ports
+
+from .config import DashboardConfig
+from .service import main
+
+NICE = 10  # drawing must not delay the control chain: its bursts set that chain's worst latency
+
+
+def _clock(config: DashboardConfig) -> str:
+    return ports.name("clock", load_robot(config.robot))
+
+
+if __name__ == "__main__":
+    os.nice(NICE)  # before any thread exists: on Linux niceness belongs to the thread
+    sys.exit(serve(main, DashboardConfig, "dashboard", __package__, clock_port=_clock))

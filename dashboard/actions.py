@@ -1,0 +1,143 @@
+"""What the buttons do."""
+
+from typing import Any
+
+import numpy as np
+
+from robot_model import Robot, ports
+from robot_model.surface import Surface
+
+from .config import DashboardConfig
+from .errands import Errands, Outcome
+from .html import GREEN, RED, note
+from .panel import Click, Panel
+from .placement import Placement
+from .push import DIRECTIONS, push_point
+
+ANSWER = 2.0  # [s] within which a service that only switches something has answered
+MEASURING = 3.0  # [s] more than a tare's own time
+
+
+class Actions:
+    """Turns clicks into calls and shows how they ended, on the page and to who clicked.
+
+    ``frozen`` is the pause of a page that has no simulator to pause.
+    """
+
+    def __init__(
+        self,
+        panel: Panel,
+        errands: Errands,
+        robot: Robot,
+        surface: Surface,
+        placement: Placement,
+        config: DashboardConfig,
+    ):
+        self._panel, self._errands, self._config = panel, errands, config
+        self._surface, self._placement = surface, placement
+        self._sim = ports.sim_rpc(robot)
+        self._verbs = {
+            "push": self._push,
+            "tare": self._tare,
+            "pause": self._pause,
+            "stop": self._stop,
+            "reset": self._reset,
+        }
+        self.frozen = False
+        self.paused = False  # the plant's clock stands still
+        self.holding = False  # the sensor server holds the posture
+
+    def run(self) -> None:
+        """Carry out what was clicked, and show what has ended."""
+        while self._panel.clicks:
+            click = self._panel.clicks.popleft()
+            self._verbs[click.button](click)
+        self._errands.collect()
+
+    def _push(self, click: Click) -> None:
+        link = self._panel.link.value
+        direction = np.array(DIRECTIONS[self._panel.direction.value])
+        force = self._panel.force.value * direction
+        body = [body.name for body in self._surface.bodies].index(link)
+        try:
+            inward = self._placement.inverse_vector(link, direction)
+            point = push_point(self._surface, body, inward)
+        except ValueError as error:
+            self._show(click, f"push: {error}", RED)
+            return
+        push = {
+            "link": link,
+            "point": point.tolist(),
+            "force": force.tolist(),
+            "frame": "world",
+            "profile": "hold",
+            "duration": self._config.push_duration,
+        }
+        said = f"push {self._panel.force.value:g} N {self._panel.direction.value} on {link}"
+        self._send(click, said, self._sim, "push", push, ANSWER)
+
+    def _tare(self, click: Click) -> None:
+        seconds = self._config.tare_seconds
+        for service in ("torque_observer", "contact_detector"):
+            port, limit = ports.rpc(service), seconds + MEASURING
+            self._send(click, f"tare {service}", port, "tare", {"seconds": seconds}, limit)
+        self._show(click, f"tare: measuring for {seconds:g} s", GREEN)
+
+    def _pause(self, click: Click) -> None:
+        if self.frozen:
+            self.frozen = False
+            return
+        verb = "resume" if self.paused else "pause"
+
+        def then(outcome: Outcome) -> None:
+            self.frozen = outcome.absent
+            if outcome.absent:
+                self._show(click, "pause: no simulator, so only this page stands still", GREEN)
+            else:
+                self._report(click, outcome)
+
+        self._errands.send(verb, self._sim, verb, {}, ANSWER, then)
+
+    def _stop(self, click: Click) -> None:
+        verb = "release" if self.holding else "stop"
+        self._send(click, verb, ports.rpc("sensor_server"), verb, {}, ANSWER)
+
+    def _reset(self, click: Click) -> None:
+        self._send(click, "reset", self._sim, "reset", {}, ANSWER)
+
+    def _send(
+        self,
+        click: Click,
+        label: str,
+        port: str,
+        verb: str,
+        arguments: dict[str, Any],
+        timeout: float,
+    ) -> None:
+        def then(outcome: Outcome) -> None:
+            self._report(click, outcome)
+
+        self._errands.send(label, port, verb, arguments, timeout, then)
+
+    def _report(self, click: Click, outcome: Outcome) -> None:
+        if outcome.error is not None:
+            self._show(click, f"{outcome.label}: {outcome.error}", RED)
+        else:
+            self._show(click, f"{outcome.label}: {_summary(outcome.value)}", GREEN)
+
+    def _show(self, click: Click, text: str, colour: str) -> None:
+        self._panel.result.content = note("result", text, colour)
+        if click.client is not None:
+            title = "failed" if colour == RED else "done"
+            click.client.add_notification(
+                title, text, color="red" if colour == RED else "green", auto_close_seconds=6.0
+            )
+
+
+def _summary(value: Any) -> str:
+    """Return a reply in words: its message if it has one, else its entries."""
+    if not isinstance(value, dict):
+        return "done" if value is None else str(value)
+    if value.get("message"):
+        return str(value["message"])
+    return ", ".join(f"{key} {entry}" for key, entry in value.items()) or "done"

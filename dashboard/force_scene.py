@@ -1,0 +1,100 @@
+"""Arrows, needles and hypotheses in the browser."""
+
+import numpy as np
+import viser
+
+from .touches import Touch
+
+Array = np.ndarray
+
+TOUCH = (255, 60, 0)  # estimated: orange, solid arrows
+SUPPORT = (255, 190, 0)
+TRUTH = (40, 130, 255)  # true: blue needles with a ball at the point
+UNLIKELY, LIKELY = np.array([96, 40, 130]), np.array([255, 70, 200])
+HYPOTHESES = 20  # drawn at most
+
+_NOWHERE = np.zeros((1, 2, 3), dtype=np.float32)
+
+
+class ForceScene:
+    """Everything that pushes the robot, as estimated and as it is."""
+
+    def __init__(self, scene: viser.SceneApi):
+        self._touches = _arrows(scene, "/estimate/touches", TOUCH, 0.008)
+        self._supports = _arrows(scene, "/estimate/supports", SUPPORT, 0.008)
+        self._best = _arrows(scene, "/estimate/hypothesis", tuple(LIKELY), 0.006)
+        self._needles = scene.add_line_segments(
+            "/truth/needles", _NOWHERE, TRUTH, thickness=0.008, visible=False
+        )
+        self._balls = _points(scene, "/truth/points", 0.022)
+        self._hypotheses = _points(scene, "/estimate/hypotheses", 0.03)
+        self._label = scene.add_label("/estimate/best", "", visible=False, font_screen_scale=1.1)
+
+    def show_estimate(self, touches: Array, supports: Array) -> None:
+        """Draw arrows, (m, 2, 3) [m], tip at the point of action."""
+        _set_points(self._touches, touches)
+        _set_points(self._supports, supports)
+
+    def show_truth(self, needles: Array) -> None:
+        """Draw needles, (m, 2, 3) [m], ball at the point of action."""
+        _set_points(self._needles, needles)
+        _set_points(self._balls, needles[:, 1])
+        if len(needles):
+            self._balls.colors = np.array(TRUTH, dtype=np.uint8)
+
+    def show_hypotheses(self, touches: list[Touch], scale: float) -> None:
+        """Draw hypotheses coloured by probability, the best with its force and its name."""
+        shown = touches[:HYPOTHESES]
+        points = np.array([touch.point for touch in shown], dtype=np.float32).reshape(-1, 3)
+        _set_points(self._hypotheses, points)
+        self._label.visible = bool(shown)
+        if not shown:
+            _set_points(self._best, _NOWHERE[:0])
+            return
+        best = shown[0]
+        self._hypotheses.colors = probability_colours([touch.probability for touch in shown])
+        tail = best.point - scale * best.force
+        _set_points(self._best, np.array([[tail, best.point]], dtype=np.float32))
+        self._label.position = tail
+        self._label.text = best.label
+
+
+def probability_colours(probabilities: list[float]) -> Array:
+    """Return colours from dark violet (0) to bright pink (1), (m, 3) uint8."""
+    weights = np.clip(probabilities, 0.0, 1.0)[:, None]
+    return (UNLIKELY + weights * (LIKELY - UNLIKELY)).astype(np.uint8)
+
+
+def _arrows(
+    scene: viser.SceneApi, name: str, colour: tuple[int, ...], radius: float
+) -> viser.ArrowsHandle:
+    return scene.add_arrows(
+        name,
+        _NOWHERE,
+        np.array(colour, dtype=np.uint8),
+        shaft_radius=radius,
+        head_radius=2.2 * radius,
+        head_length=4.0 * radius,
+        visible=False,
+    )
+
+
+def _points(scene: viser.SceneApi, name: str, size: float) -> viser.PointCloudHandle:
+    return scene.add_point_cloud(
+        name,
+        _NOWHERE[0, :1],
+        TRUTH,
+        point_size=size,
+        point_shape="circle",
+        precision="float32",
+        visible=False,
+    )
+
+
+def _set_points(
+    handle: viser.ArrowsHandle | viser.LineSegmentsHandle | viser.PointCloudHandle, points: Array
+) -> None:
+    """Empty sets are hidden instead of sent."""
+    handle.visible = len(points) > 0
+    if len(points):
+        handle.points = points

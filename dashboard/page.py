@@ -1,0 +1,135 @@
+"""The page: what is drawn when."""
+
+import time
+
+from bus import Node
+from robot_model import Robot
+from robot_model.surface import Surface
+
+from .actions import Actions
+from .bars import torque_bars
+from .config import DashboardConfig
+from .errands import Errands
+from .html import line, note
+from .inputs import Inputs
+from .panel import Panel
+from .port_rows import port_table
+from .rhythm import Rhythm
+from .server import PageServer
+from .snapshot import Snapshot
+from .status import status
+from .touches import Alarm, alarm
+from .view import View
+from .watch import Watch
+
+
+class Page:
+    """All parts of the page and their rhythms."""
+
+    def __init__(
+        self,
+        node: Node,
+        robot: Robot,
+        surface: Surface,
+        server: PageServer,
+        config: DashboardConfig,
+    ):
+        self._node, self._robot, self._server, self._config = node, robot, server, config
+        self._inputs = Inputs(node, robot, config.inputs)
+        self._view = View(server.scene, robot, surface, config)
+        self._panel = Panel(server.gui, robot, tuple(b.name for b in surface.bodies), config)
+        self._errands = Errands(node)
+        self._actions = Actions(
+            self._panel, self._errands, robot, surface, self._view.estimate, config
+        )
+        self._watch = Watch(node, config.watch_period, lambda: self.watched)
+        self._charts = Rhythm(config.chart_rate)
+        self._lines = Rhythm(config.alarm_rate)
+        self._texts = Rhythm(config.text_rate)
+        self._default_links = {tree.name: tree.default_link for tree in robot.subtrees}
+        self._last_contact: tuple[str, float] | None = None  # label, monotonic [s]
+        self._camera_set = False
+
+    @property
+    def watched(self) -> bool:
+        """Whether a browser looks at the page."""
+        return bool(self._server.get_clients())
+
+    def update(self) -> None:
+        """Draw one frame."""
+        now = time.monotonic()
+        known = self._inputs.read()
+        self._actions.paused = self._node.clock.state == "paused"
+        self._actions.holding = self._watch.holding
+        self._actions.run()
+        with self._server.atomic():
+            if not self._actions.frozen:
+                self._draw(known, now)
+            if self._lines.due(now):
+                self._say(known, now)
+
+    def close(self) -> None:
+        """End the threads of the page."""
+        self._watch.close()
+        self._errands.close()
+
+    def _draw(self, known: Snapshot, now: float) -> None:
+        panel = self._panel
+        self._view.update(known, panel.show_truth.value, panel.hide_below.value)
+        self._set_camera()
+        if self._node.clock.state != "paused":
+            panel.chart.add(now, known.residuals)
+            if self._charts.due(now):
+                panel.chart.draw()
+        if self._texts.due(now):
+            self._draw_torques(known)
+            panel.ports.content = port_table(self._watch.rows, self._inputs.ages())
+
+    def _draw_torques(self, known: Snapshot) -> None:
+        if known.torques is None:
+            self._panel.torques.content = note("torques", self._inputs.trouble("torques"))
+            return
+        truth = known.truth if self._panel.show_truth.value else None
+        self._panel.torques.content = torque_bars(
+            self._robot.joints,
+            known.torques.torque,
+            known.torques.valid,
+            self._robot.torque_limit,
+            None if truth is None else truth.link_torque,
+        )
+
+    def _say(self, known: Snapshot, now: float) -> None:
+        """Renew status and alarm line, and the labels of the buttons that change their meaning."""
+        actions, panel = self._actions, self._panel
+        said = status(
+            paused=actions.paused,
+            frozen=actions.frozen,
+            stale=self._inputs.trouble("sensors") or self._inputs.trouble("base"),
+            replay=self._config.replay,
+            time=self._inputs.time("sensors"),
+            holding=actions.holding,
+            fallen=known.truth is not None and known.truth.fallen,
+        )
+        panel.status.content = line("status", said.text, said.colour)
+        reason = self._inputs.trouble("contacts")
+        alarmed = alarm(known.contacts, reason, self._default_links)
+        panel.alarm.content = line("alarm", alarmed.text, alarmed.colour, "17px")
+        panel.last.content = note("last", self._remember(alarmed, now))
+        panel.pause.label = "Resume" if actions.paused or actions.frozen else "Pause"
+        panel.stop.label = "Release" if actions.holding else "Stop"
+
+    def _remember(self, alarmed: Alarm, now: float) -> str:
+        """Return what the last contact was: a short touch would be missed otherwise."""
+        if alarmed.contact:
+            self._last_contact = alarmed.text.removeprefix("contact: "), now
+        if self._last_contact is None:
+            return "last contact: none since this page started"
+        label, when = self._last_contact
+        return f"last contact: {label}, {now - when:.0f} s ago"
+
+    def _set_camera(self) -> None:
+        camera = None if self._camera_set else self._view.camera()
+        if camera is not None:
+            start = self._server.initial_camera
+            start.position, start.look_at = camera
+            self._camera_set = True

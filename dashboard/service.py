@@ -1,0 +1,52 @@
+"""The page as a process."""
+
+import logging
+import time
+from typing import Any
+
+from bus import Node
+from robot_model import load_robot
+
+from .config import DashboardConfig
+from .page import Page
+from .server import open_server
+
+log = logging.getLogger(__name__)
+
+STEP = 0.05  # [s] at most between looks at the bus's requests
+
+
+def main(node: Node, config: DashboardConfig) -> None:
+    """Serve the page until the process is asked to end."""
+    robot = load_robot(config.robot)
+    server = open_server(config)
+    try:
+        page = Page(node, robot, robot.load_surface(), server, config)
+        node.verb("status", lambda: _status(node, server.url), "state, and the page's address")
+        node.ready()
+        print(f"dashboard: {server.url}", flush=True)
+        try:
+            _loop(node, page, config)
+        finally:
+            page.close()
+    finally:
+        server.stop()
+
+
+def _status(node: Node, url: str) -> dict[str, Any]:
+    return {**node.status(), "url": url}
+
+
+def _loop(node: Node, page: Page, config: DashboardConfig) -> None:
+    """Sleep through arriving messages: only the newest at the time of a frame is drawn."""
+    due, watched = time.monotonic(), False
+    while node.running:
+        page.update()
+        period = 1.0 / (config.scene_rate if watched else config.idle_rate)
+        due = max(due + period, time.monotonic())
+        while node.running and (remaining := due - time.monotonic()) > 0.0:
+            time.sleep(min(remaining, STEP))
+            node.wait(0.0)
+            if page.watched != watched:
+                watched = not watched
+                break

@@ -1,0 +1,84 @@
+"""Contact hypotheses in the world, and the alarm line."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from robot_model.messages import Contacts
+
+from .html import AMBER, GREEN, GREY, RED
+from .placement import Placement
+
+Array = np.ndarray
+
+NO_CONTACT = "no contact"
+
+
+class Touch(NamedTuple):
+    """One contact hypothesis."""
+
+    link: str
+    point: Array  # (3,) [m], world
+    force: Array  # (3,) [N], world
+    probability: float
+
+    @property
+    def label(self) -> str:
+        """Name, size and probability, as the alarm line has them."""
+        return describe(self.link, float(np.linalg.norm(self.force)), self.probability)
+
+
+class Alarm(NamedTuple):
+    """What the alarm line says, and its colour."""
+
+    text: str
+    colour: str
+
+    @property
+    def contact(self) -> bool:
+        """Whether the robot is being touched."""
+        return self.text.startswith("contact: ")
+
+
+def describe(link: str, force: float, probability: float) -> str:
+    """Return ``<link> <force> N p=<probability>``."""
+    return f"{link} {force:.1f} N p={probability:.2f}"
+
+
+def touches(contacts: Contacts, placement: Placement) -> list[Touch]:
+    """Return the hypotheses, best first, in the world."""
+    return [_touch(hypothesis, placement) for hypothesis in contacts.hypotheses]
+
+
+def _touch(hypothesis: dict[str, Any], placement: Placement) -> Touch:
+    link = hypothesis["links"][0]
+    return Touch(
+        link,
+        placement.point(link, np.asarray(hypothesis["point"], dtype=float)),
+        placement.vector(link, np.asarray(hypothesis["force"], dtype=float)),
+        float(hypothesis["probability"]),
+    )
+
+
+def alarm(contacts: Contacts | None, reason: str, default_links: dict[str, str]) -> Alarm:
+    """Return the alarm line.
+
+    Args:
+        contacts: The newest message, or None when there is no fresh and valid one.
+        reason: Why there is none.
+        default_links: Link named for a limb while the place of its contact is not known yet.
+    """
+    if contacts is None:
+        return Alarm(f"contact unknown: {reason}", GREY)
+    raised = [flag for flag in contacts.flags if flag["state"] != "none"]
+    if not raised:
+        return Alarm(NO_CONTACT, GREEN)
+    colour = RED if any(flag["state"] == "collision" for flag in raised) else AMBER
+    if contacts.hypotheses:
+        best = contacts.hypotheses[0]
+        force = float(np.linalg.norm(best["force"]))
+        return Alarm(f"contact: {describe(best['links'][0], force, best['probability'])}", colour)
+    flag = max(raised, key=lambda flag: flag["probability"])
+    limb = str(flag["limb"])
+    link = default_links.get(limb, limb)
+    return Alarm(f"contact: {describe(link, flag.get('force', 0.0), flag['probability'])}", colour)

@@ -1,0 +1,62 @@
+"""Looks at the ports and at the emergency stop now and then, beside the page's loop."""
+
+import threading
+import time
+from collections.abc import Callable
+
+from bus import BusError, Node
+from bus.introspection import list_ports, port_info
+from robot_model import ports
+
+from .port_rows import PortRow, Written, port_rows
+
+ANSWER = 0.5  # [s]
+
+
+class Watch:
+    """A thread that renews ``rows`` and ``holding`` while somebody looks at the page."""
+
+    def __init__(self, node: Node, period: float, watched: Callable[[], bool]):
+        self.rows: list[PortRow] = []
+        self.holding = False
+        self._node, self._period, self._watched = node, period, watched
+        self._written = Written()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="watch ports")
+        self._thread.start()
+
+    def close(self) -> None:
+        """Look no more."""
+        self._closing.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._closing.wait(self._period):
+            if self._watched():
+                self.rows = self._look()
+                self.holding = self._ask_holding()
+
+    def _look(self) -> list[PortRow]:
+        silent: set[int] = set()  # processes that did not answer: asked once, not once per port
+        told = []
+        for entry in list_ports(self._node):
+            pid = entry["owner"]["pid"]
+            if self._closing.is_set() or entry["direction"] == "rpc":
+                continue
+            told.append({**entry, "error": "no answer"} if pid in silent else self._ask(entry))
+            if "error" in told[-1]:
+                silent.add(pid)
+        return port_rows(told, self._written, time.monotonic())
+
+    def _ask(self, entry: dict) -> dict:
+        try:
+            return port_info(self._node, entry["name"], ANSWER)
+        except BusError as error:  # closed since it was listed
+            return {**entry, "error": str(error)}
+
+    def _ask_holding(self) -> bool:
+        try:
+            status = self._node.call(ports.rpc("sensor_server"), "status", timeout=ANSWER)
+        except BusError:
+            return self.holding
+        return bool(status.get("holding", False))
