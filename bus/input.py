@@ -9,8 +9,8 @@ from typing import Any
 import zenoh
 from zenoh.handlers import RingChannel
 
-from bus.decoder import Decoder
 from bus.counters import InputStatistics, Meter
+from bus.decoder import Decoder
 from bus.directory import Directory
 from bus.envelope import Received, new_source
 from bus.errors import WireError

@@ -8,8 +8,8 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
-from bus.encoder import Encoder
 from bus.counters import Meter, OutputStatistics
+from bus.encoder import Encoder
 from bus.envelope import WALL, Envelope, new_source
 from bus.errors import BusError, WireError
 from bus.names import key_of

@@ -39,7 +39,9 @@ def eventually(predicate: Callable[[], T], timeout: float = 10.0, what: str = ""
     deadline = time.monotonic() + timeout
     while not (value := predicate()):
         if time.monotonic() > deadline:
-            raise AssertionError(f"not within {timeout:g} s: {what or predicate!r} (last: {value!r})")
+            raise AssertionError(
+                f"not within {timeout:g} s: {what or predicate!r} (last: {value!r})"
+            )
         time.sleep(0.002)
     return value
 
@@ -84,7 +86,9 @@ class Process:
         try:
             return self.popen.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise AssertionError(f"{self.name} did not end within {timeout} s\n{self.output}") from None
+            raise AssertionError(
+                f"{self.name} did not end within {timeout} s\n{self.output}"
+            ) from None
 
     def clean_up(self) -> None:
         """Kill whatever is left of the process group."""
@@ -193,9 +197,13 @@ def _await_ready(endpoint: str, service: str, process: Process, timeout: float) 
     with Node("start", connect=endpoint, signals=False) as watcher:
         while not any(owner.pid == process.pid for owner in watcher.directory.services()):
             if process.popen.poll() is not None:
-                raise AssertionError(f"{process.name} ended with {process.popen.returncode}:\n{process.output}")
+                raise AssertionError(
+                    f"{process.name} ended with {process.popen.returncode}:\n{process.output}"
+                )
             if time.monotonic() > deadline:
-                raise AssertionError(f"{service} is not ready after {timeout:g} s:\n{process.output}")
+                raise AssertionError(
+                    f"{service} is not ready after {timeout:g} s:\n{process.output}"
+                )
             time.sleep(0.005)
 
 
