@@ -45,7 +45,8 @@ def cached(name: str, build: Callable[[], Arrays]) -> Arrays:
 
 def _read(file: Path) -> Arrays | None:
     try:
-        with np.load(file, allow_pickle=False) as content:
+        # Opened here: NumPy leaves a damaged archive open.
+        with file.open("rb") as handle, np.load(handle, allow_pickle=False) as content:
             return dict(content)
     except FileNotFoundError:
         return None

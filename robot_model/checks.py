@@ -136,7 +136,8 @@ def _soles(description: Description) -> Iterator[str]:
 
 
 def _sensors(description: Description, urdf: Urdf) -> Iterator[str]:
-    yield from _duplicates([ft_element(row, urdf).joint for row in description.ft_sensors], "F/T on")
+    joints = [ft_element(row, urdf).joint for row in description.ft_sensors]
+    yield from _duplicates(joints, "ft_sensors: joint")
     for row in description.ft_sensors:
         for problem in _sensor(row, urdf):
             yield f"ft_sensors.{row.name}: {problem}"

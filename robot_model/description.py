@@ -5,6 +5,7 @@ from pathlib import Path
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
 
 from robot_model.errors import DescriptionError
 from robot_model.names import did_you_mean
@@ -117,7 +118,7 @@ def read_description(file: Path) -> Description:
         raise DescriptionError(str(file), [_describe(item) for item in error.errors()]) from None
 
 
-def _describe(item: dict) -> str:  # type: ignore[type-arg]
+def _describe(item: ErrorDetails) -> str:
     key = ".".join(map(str, item["loc"])) or "the file"
     if item["type"] == "extra_forbidden":
         return f"{key}: unknown key"

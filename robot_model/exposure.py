@@ -59,9 +59,7 @@ def postures(robot: Robot) -> list[np.ndarray]:
     return [robot.home, *((robot.home + q) / 2 for q in anywhere)]
 
 
-def _poses(
-    robot: Robot, bodies: Sequence[Body], q: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _poses(robot: Robot, bodies: Sequence[Body], q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     data = robot.tree.model.createData()
     pin.framesForwardKinematics(robot.tree.model, data, robot.tree.configuration(q))
     poses = [data.oMf[robot.tree.frame_id(body.name)] for body in bodies]

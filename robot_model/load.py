@@ -28,9 +28,7 @@ def load_robot(robot: str | Path = "icub") -> Robot:
     return _assemble(description, urdf.locked(description.locked_joints), file, package_dirs)
 
 
-def _assemble(
-    description: Description, urdf: Urdf, file: Path, package_dirs: list[Path]
-) -> Robot:
+def _assemble(description: Description, urdf: Urdf, file: Path, package_dirs: list[Path]) -> Robot:
     rows, sensors = description.joints, description.ft_sensors
     elements = tuple(ft_element(row, urdf) for row in sensors)
     limits = [urdf.joints[row.name] for row in rows]

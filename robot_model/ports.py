@@ -48,9 +48,7 @@ PORTS: dict[str, Port] = {
     "base": Port(
         "/<robot>/base:o", "BaseState", 250, "base_estimator", "pose and velocity of the base"
     ),
-    "torques": Port(
-        "/<robot>/torques:o", "JointTorques", 1000, "torque_observer", "link torques"
-    ),
+    "torques": Port("/<robot>/torques:o", "JointTorques", 1000, "torque_observer", "link torques"),
     "wrenches": Port(
         "/<robot>/wrenches:o", "ExternalWrenches", 1000, "torque_observer", "external wrenches"
     ),
@@ -58,7 +56,7 @@ PORTS: dict[str, Port] = {
         "/<robot>/ft_prediction:o", "FtPrediction", 1000, "torque_observer", "F/T without contacts"
     ),
     "gravity": Port(
-        "/<robot>/gravity:o", "GravityTorques", 100, "gravity_compensator", "torques against gravity"
+        "/<robot>/gravity:o", "GravityTorques", 100, "gravity_compensator", "hold against gravity"
     ),
     "residuals": Port(
         "/<robot>/residuals:o", "Residuals", 250, "contact_detector", "momentum residuals"

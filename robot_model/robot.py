@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from robot_model.body_graph import RigidBody, Subtree
+from robot_model.body_graph import RigidBody, Subtree, rigid_bodies
 from robot_model.names import did_you_mean
 from robot_model.urdf import ForceTorqueElement, Urdf
 
@@ -135,7 +135,8 @@ class Robot:
         errors = np.random.default_rng(seed).normal(0.0, fraction / 2, len(self.urdf.links))
         factors = 1.0 + np.clip(errors, -fraction, fraction)
         scaled = self.urdf.scaled(dict(zip(self.urdf.links, factors, strict=True)))
-        return replace(self, urdf=scaled)
+        bodies = rigid_bodies(scaled, [element.joint for element in self.ft_elements])
+        return replace(self, urdf=scaled, bodies=bodies)
 
     def load_surface(self) -> "Surface":
         """Load the meshes and exposed surface points, from the disk cache when it is there."""
