@@ -92,7 +92,7 @@ def _with_moments(taps: Array, window: Array, x: Array, moments: dict[int, float
 
 
 class Differentiator:
-    """The kernel applied to a stream of samples, without allocation.
+    """The kernel applied to a stream of samples.
 
     Args:
         kernel: Window.
@@ -105,7 +105,6 @@ class Differentiator:
         # every row is stored twice, so that the window is always one contiguous block
         self._rows = np.zeros((2 * kernel.length, channels))
         self._taps = kernel.taps
-        self._result = np.zeros((3, channels))
         self._next = 0
 
     @property
@@ -132,10 +131,8 @@ class Differentiator:
         self.count += 1
 
     def result(self) -> Array:
-        """Value, first and second derivative at ``delay`` ago, (3, channels); overwritten by the
-        next call."""
-        window = self._rows[self._next : self._next + self.kernel.length]
-        return np.matmul(self._taps, window, out=self._result)
+        """Value, first and second derivative at ``delay`` ago, (3, channels)."""
+        return self._taps @ self._rows[self._next : self._next + self.kernel.length]
 
     def reset(self) -> None:
         """Forget every sample."""

@@ -29,7 +29,7 @@ class CommandPorts:
         self._commander = Commander(robot, config.command)
         self._ages = Ages(AGE_WINDOW)
         self._torque_joints = 0  # with a valid virtual torque in the last message
-        self._sent = -inf  # s
+        self._acted = -inf  # s
         self._refused, self._refusal, self._logged = 0, "", 0.0
         self._torques = self._input("virtual_torque", JointTorques, config, "torques", depth=64)
         self._gravity = self._input("feedforward", GravityTorques, config, "gravity", depth=1)
@@ -62,12 +62,7 @@ class CommandPorts:
         )
 
     def listen(self, now: float) -> None:
-        """Read everything that came; ``now`` is the robot's running time [s]."""
-        while (received := self._torques.read()) is not None:
-            torques, envelope = received.data, received.envelope
-            self._torque_joints = int(torques.valid.sum()) if envelope.valid else 0
-            if envelope.valid:
-                self._ages.add((time.time_ns() - envelope.acquired) * 1e-9)
+        """Read commands and feed-forward; ``now`` is the robot's running time [s]."""
         received = self._gravity.newest()
         timeout = self._config.command.feedforward_timeout
         if received and received.envelope.valid and not self._late(received.envelope, timeout):
@@ -95,17 +90,29 @@ class CommandPorts:
             self._logged = now
             logger.warning("command refused: %s", why)
 
+    def due(self, now: float) -> bool:
+        """Whether it is time to look at the watchdogs, or something has changed."""
+        return self._commander.changed or now - self._acted >= 1.0 / self._config.command.rate
+
     def act(self, now: float, frame: SensorFrame, reading: Reading | None) -> None:
-        """Let the watchdogs see the time, and send a motor command when one is due."""
-        commander = self._commander
-        commander.advance(now)
-        due = now - self._sent >= 1.0 / self._config.command.rate
-        if reading is None or not (due or commander.changed):
-            return
-        commander.measured(frame.q, frame.joint_valid)
-        if commander.ready:
-            self._driver.write(commander.motor_command(), reading)
-            self._sent = now
+        """Let the watchdogs see the time, and tell the boards what to do."""
+        self._acted = now
+        self._measure_ages()
+        self._commander.advance(now)
+        if reading is not None:
+            self._commander.measured(frame.q, frame.joint_valid)
+        if reading is not None and self._commander.ready:
+            self._driver.write(self._commander.motor_command(), reading)
+
+    def _measure_ages(self) -> None:
+        """Take the ages that the virtual torques had when they arrived."""
+        monotonic_to_wall = time.time_ns() - time.monotonic_ns()
+        while (received := self._torques.read()) is not None:
+            envelope = received.envelope
+            self._torque_joints = int(received.data.valid.sum()) if envelope.valid else 0
+            if envelope.valid:
+                age = received.arrival + monotonic_to_wall - envelope.acquired
+                self._ages.add(age * 1e-9)
 
     def status(self) -> dict[str, object]:
         """Return the state of command, watchdogs and virtual torques."""

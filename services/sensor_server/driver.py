@@ -31,9 +31,12 @@ class Driver(Protocol):
     Attributes:
         ft_convention: ``wrenchbus`` (parent on child, in the frame that bears the
             sensor's name) or ``urdf`` (as the URDF's sensor element says).
+        checked: Whether all values are known to be finite, and 0.0 where they are
+            invalid; the server looks at every frame of other drivers.
     """
 
     ft_convention: FtConvention
+    checked: bool
 
     def open(self) -> None:
         """Connect. Raises OSError or ValueError with what is missing."""

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from bus import Node
-from estimation.sensor_pipeline import SensorPipeline
+from estimation.sensor_pipeline import SensorPipeline, without_nonfinite
 from robot_model import Robot, ports
 from robot_model.ft_convention import raw_to_wrenchbus
 from robot_model.messages import SensorFrame
 from services.sensor_server.config import SensorServerConfig
-from services.sensor_server.driver import FtConvention, Reading
+from services.sensor_server.driver import Driver, Reading
 from services.sensor_server.views import Views
 
 INVALID_PERIOD = 0.02  # s between invalid frames while the driver is silent
@@ -20,11 +20,10 @@ INVALID_PERIOD = 0.02  # s between invalid frames while the driver is silent
 class Frames:
     """Turns readings into sensor frames and writes them, and invalid ones during silence."""
 
-    def __init__(
-        self, node: Node, robot: Robot, config: SensorServerConfig, convention: FtConvention
-    ):
+    def __init__(self, node: Node, robot: Robot, config: SensorServerConfig, driver: Driver):
         self._robot = robot
-        self._maps = raw_to_wrenchbus(robot) if convention == "urdf" else None
+        self._maps = raw_to_wrenchbus(robot) if driver.ft_convention == "urdf" else None
+        self._check = not driver.checked
         self._nothing = _nothing(robot)
         self._complained = 0.0  # s
         self.reading: Reading | None = None  # the last valid one
@@ -46,7 +45,7 @@ class Frames:
     def publish(self, reading: Reading) -> bool:
         """Write the sensor frame of a valid reading; True when its stamp jumped back."""
         restarted = self.reading is not None and reading.stamp < self.reading.stamp
-        raw = reading.frame
+        raw = without_nonfinite(reading.frame) if self._check else reading.frame
         if self._maps is not None:
             raw = replace(raw, ft=np.einsum("kij,kj->ki", self._maps, raw.ft))
         self.reading, self.frame = reading, self._pipeline.step(raw, reading.stamp)

@@ -1,5 +1,7 @@
 """The simulated robot as a driver: raw frames and motor commands over the bus."""
 
+import time
+
 from bus import Node
 from robot_model import Robot, ports
 from robot_model.messages import MotorCommand, RawFrame
@@ -13,6 +15,7 @@ class PlantDriver:
     """Reads ``/<robot>/raw:o`` and writes ``/<robot>/motor_command:o``."""
 
     ft_convention: FtConvention = "wrenchbus"
+    checked = True  # by the bus, which refuses other messages
 
     def __init__(self, node: Node, robot: Robot, config: SensorServerConfig):
         self._node = node
@@ -37,11 +40,12 @@ class PlantDriver:
 
     def read(self, timeout: float) -> Reading | None:
         """Return the next raw frame, waiting on the bus for at most ``timeout`` [s]."""
-        received = self._raw.read()
-        if received is None and self._node.wait(timeout):
-            received = self._raw.read()
-        if received is None:
-            return None
+        deadline = time.monotonic() + timeout
+        while (received := self._raw.read()) is None:
+            remaining = deadline - time.monotonic()
+            if remaining <= 0.0:
+                return None
+            self._node.wait(remaining)
         envelope = received.envelope
         return Reading(
             received.data,
@@ -58,7 +62,7 @@ class PlantDriver:
 
     @property
     def paused(self) -> bool:
-        return self._node.clock.state == "paused"
+        return self._node.clock.paused_at > 0
 
     def write(self, command: MotorCommand, reading: Reading) -> None:
         """Send a command to the plant's boards."""

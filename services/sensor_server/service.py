@@ -31,7 +31,7 @@ class SensorServer:
 
     def __init__(self, node: Node, robot: Robot, config: SensorServerConfig, driver: Driver):
         self._node, self._config, self._driver = node, config, driver
-        self.frames = Frames(node, robot, config, driver.ft_convention)
+        self.frames = Frames(node, robot, config, driver)
         self.commands = CommandPorts(node, robot, config, driver)
         self._running = RunningTime()
         node.verb("status", self.status, help="state of command, watchdogs, virtual torques")
@@ -40,7 +40,6 @@ class SensorServer:
     def spin(self) -> None:
         """Wait for one frame at most, then see to commands and watchdogs."""
         reading = self._driver.read(WAIT)
-        self._node.wait(0.0)  # a stop is heard also when frames never let up
         if reading and reading.valid:
             if self.frames.publish(reading):
                 self.commands.restart()
@@ -48,7 +47,9 @@ class SensorServer:
             self.frames.complain(reading.reason if reading else self._driver.silence)
         now = self._now()
         self.commands.listen(now)
-        self.commands.act(now, self.frames.frame, self.frames.reading)
+        if self.commands.due(now):
+            self._node.wait(0.0)  # a stop is heard also when frames never let up
+            self.commands.act(now, self.frames.frame, self.frames.reading)
         if reading and self._config.lockstep:
             self._node.lockstep.acknowledge(reading.stamp)
 

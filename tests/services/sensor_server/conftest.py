@@ -44,6 +44,7 @@ class MemoryDriver:
     """Readings that a test puts in, commands that it takes out."""
 
     ft_convention: FtConvention = "wrenchbus"
+    checked = False
 
     def __init__(self, node: Node, robot: Robot, config: SensorServerConfig):
         self._node = node

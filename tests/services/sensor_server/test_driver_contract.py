@@ -92,6 +92,13 @@ def test_a_command_reaches_the_boards_as_it_is(hardware, robot):
     np.testing.assert_array_equal(last.feedforward, torque)
 
 
+def test_a_driver_that_calls_itself_checked_delivers_no_value_that_is_not_finite(hardware, robot):
+    if hardware.driver.checked:
+        with pytest.raises(ValueError):
+            hardware.deliver(TICK, q=np.full(robot.n, np.nan))
+        assert hardware.driver.read(0.05) is None
+
+
 def test_the_clock_is_not_paused_by_itself(hardware):
     assert hardware.driver.paused is False
 

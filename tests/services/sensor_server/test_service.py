@@ -117,6 +117,14 @@ def test_a_lost_sensor_costs_one_channel_after_two_frames(bench, frames, robot):
     assert last.envelope.valid and last.data.joint_valid.all() and not last.data.ft[2].any()
 
 
+def test_values_that_are_not_finite_cost_their_channel_only(bench, frames, robot):
+    q = np.array(robot.home)
+    q[5] = np.nan
+    last = drained(bench, frames, q=q)[-1]
+    assert last.envelope.valid
+    np.testing.assert_array_equal(last.data.joint_valid, np.arange(robot.n) != 5)
+
+
 def test_silence_is_said_fifty_times_a_second_and_ends_by_itself(bench, frames):
     bench.step()
     start = time.monotonic()
