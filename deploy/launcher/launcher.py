@@ -15,7 +15,7 @@ from deploy.launcher.process import Process, stop_all
 from deploy.launcher.requests import Requests
 
 HUB_DEADLINE = 10.0  # [s]
-GRACE = 3.0  # [s] before SIGKILL; the hub gets one more, so that all ends within five
+GRACE = 2.5  # [s] before SIGKILL; with the hub after them, all ends within five
 TICK = 0.05  # [s]
 
 

@@ -40,13 +40,13 @@ class Command:
         """Standard error so far."""
         return self.files[1].read_text()
 
-    def until(self, text: str, timeout: float = 20.0) -> None:
+    def until(self, text: str, timeout: float = 60.0) -> None:
         """Wait for a text on standard output."""
         eventually(
             lambda: text in self.output, timeout, f"{text!r}, got {self.output}{self.errors}"
         )
 
-    def end(self, timeout: float = 5.0) -> int:
+    def end(self, timeout: float = 60.0) -> int:
         """Wait for the end; return the exit status."""
         return self.popen.wait(timeout)
 

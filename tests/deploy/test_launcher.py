@@ -73,7 +73,7 @@ def test_the_runtime_directory_tells_of_the_bus_until_the_end(two, runtime_direc
 def test_a_signal_ends_everything_with_status_0(two, status, number):
     pids = [row["pid"] for row in status().values()]
     two.popen.send_signal(number)
-    assert two.end() == 0
+    assert two.end(5.0) == 0
     assert not any(map(is_alive, pids))
     assert "Traceback" not in two.errors
 
@@ -87,7 +87,7 @@ def test_a_killed_launcher_leaves_nothing_running(two, status):
 def test_what_dies_is_started_again_and_the_others_go_on(two, status):
     before = status()
     os.kill(before["one"]["pid"], signal.SIGKILL)
-    eventually(lambda: status()["one"]["restarts"] == 1 and status()["one"]["ready"])
+    eventually(lambda: status()["one"]["restarts"] == 1 and status()["one"]["ready"], 30.0)
     assert status()["two"]["pid"] == before["two"]["pid"]
     assert "one | died (SIGKILL), starts again in 0.5 s" in two.errors
 
@@ -95,7 +95,7 @@ def test_what_dies_is_started_again_and_the_others_go_on(two, status):
 def test_the_hub_is_started_again_too(two, status, capsys):
     os.kill(status()["hub"]["pid"], signal.SIGKILL)
     eventually(lambda: "hub | died" in two.errors)
-    eventually(lambda: run(["list"]) == 0, 15.0)
+    eventually(lambda: run(["list"]) == 0, 30.0)
     capsys.readouterr()
     assert status()["hub"]["restarts"] == 1
 
@@ -113,15 +113,14 @@ def test_a_service_that_does_not_end_is_killed_within_five_seconds(launch, appli
 def test_seconds_end_the_run(launch, application):
     start = time.monotonic()
     command = launch("up", application(TWO), "--seconds", "3")
-    assert command.end(15.0) == 0
+    assert command.end() == 0
     assert time.monotonic() - start > 3.0
-    assert "running: hub, one, two" in command.output
 
 
 def test_wrong_settings_end_the_start_with_status_2(launch, application):
     text = "services: {one: {module: tests.deploy.beacon, params: {wrong: true}}}"
     command = launch("up", application(text))
-    assert command.end(15.0) == 2
+    assert command.end() == 2
     assert "one | one: wrong: unknown key" in command.errors
     assert command.errors.endswith("wrenchbus: one refused its settings; see its message above\n")
     assert command.errors.count("unknown key") == 1

@@ -6,19 +6,34 @@ import sys
 
 import pytest
 
+from bus import Node
+from bus.testing import Process, running_hub, wait_for_service
 from deploy.main import run
 from tests.deploy.beacon import LIGHT
 
 PORT = "/beacon/light:o"
 
 
+@pytest.fixture(scope="module")
+def bus():
+    """Endpoint of a bus with a beacon on it."""
+    with running_hub() as endpoint:
+        beacon = Process("tests.deploy.beacon", "--connect", endpoint)
+        try:
+            with Node("watcher", connect=endpoint, signals=False) as watcher:
+                wait_for_service(watcher, "beacon", timeout=60.0)
+            yield endpoint
+            assert beacon.stop() == 0
+        finally:
+            beacon.clean_up()
+
+
 @pytest.fixture
-def ask(hub, start, runtime_directory, capsys):
-    """Return ``ask(*arguments)``: status and JSON lines of a verb on a bus with a beacon."""
-    start("tests.deploy.beacon")
+def ask(bus, capsys):
+    """Return ``ask(*arguments)``: status and JSON lines of a verb."""
 
     def asked(*arguments):
-        status = run([*arguments, "--json", "--connect", hub])
+        status = run([*arguments, "--json", "--connect", bus])
         return status, [json.loads(line) for line in capsys.readouterr().out.splitlines()]
 
     return asked
@@ -83,24 +98,21 @@ def test_check_looks_at_machine_hub_services_and_rates(ask):
 
 
 @pytest.mark.parametrize("verb", ["info", "read", "hz", "rpc"])
-def test_an_unknown_port_is_one_line_with_near_names(verb, hub, start, runtime_directory, capsys):
-    start("tests.deploy.beacon")
-    assert run([verb, "/beacon/ligth:o", "--connect", hub]) == 2
+def test_an_unknown_port_is_one_line_with_near_names(verb, bus, capsys):
+    assert run([verb, "/beacon/ligth:o", "--connect", bus]) == 2
     shown = capsys.readouterr().err
     assert "unknown port /beacon/ligth:o" in shown and PORT in shown
     assert shown.count("\n") == 1
 
 
-def test_a_refused_request_is_one_line_and_status_1(hub, start, runtime_directory, capsys):
-    start("tests.deploy.beacon")
-    assert run(["rpc", "/beacon/rpc:i", "shien", "--connect", hub]) == 1
+def test_a_refused_request_is_one_line_and_status_1(bus, capsys):
+    assert run(["rpc", "/beacon/rpc:i", "shien", "--connect", bus]) == 1
     shown = capsys.readouterr().err
     assert "did you mean shine" in shown and shown.count("\n") == 1
 
 
-def test_read_is_quiet_when_its_reader_goes(hub, start, runtime_directory):
-    start("tests.deploy.beacon")
-    command = [sys.executable, "-m", "deploy.main", "read", PORT, "--json", "--connect", hub]
+def test_read_is_quiet_when_its_reader_goes(bus):
+    command = [sys.executable, "-m", "deploy.main", "read", PORT, "--json", "--connect", bus]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as reader:
         assert reader.stdout is not None and reader.stderr is not None
         assert reader.stdout.readline().startswith(b'{"port"')
