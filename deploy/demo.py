@@ -3,6 +3,8 @@
 from deploy.errors import UsageError
 from deploy.launcher.application import Application, load_application
 from robot_model import DescriptionError, load_robot
+from robot_sim.noise import load_profile
+from robot_sim.scenario import load_scenario
 
 SUPPORT = {"free": "floor", "fixed": "pole"}
 
@@ -11,11 +13,12 @@ def demo_application(robot: str, scenario: str, profile: str, base: str) -> Appl
     """Return the packaged demo for a robot, a scenario, a noise profile and a base.
 
     Raises:
-        UsageError: No such robot, or its description is wrong.
+        UsageError: No such robot, scenario or profile, or a wrong file.
     """
-    try:
-        load_robot(robot)
-    except DescriptionError as error:
+    try:  # here, so that a slip of the pen does not start seven processes
+        load_scenario(scenario, load_robot(robot))
+        load_profile(profile)
+    except (DescriptionError, LookupError, ValueError, OSError) as error:
         raise UsageError(str(error)) from None
     application = load_application("demo").with_common({"robot": robot, "support": SUPPORT[base]})
     plant = {"profile": profile, "base": base, "scenario": scenario}

@@ -4,6 +4,7 @@
 set -u
 
 find_browser() {
+    [ -x "${CHROMIUM:-}" ] && return 0
     for name in chromium chromium-browser google-chrome google-chrome-stable; do
         command -v "$name" >/dev/null && return 0
     done

@@ -1,6 +1,5 @@
 """What this machine needs before anything runs."""
 
-import shutil
 import sys
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
@@ -8,7 +7,6 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from deploy.doctor.result import Result, fail, ok, warn
 
 PYTHON = (3, 11)
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
 def machine_checks() -> Iterator[Result]:
@@ -52,7 +50,9 @@ def _description() -> Result:
 
 
 def _browser() -> Result:
-    found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if found is None:
-        return warn("browser", "no Chromium: the browser test cannot run; apt install chromium")
-    return ok("browser", found)
+    from dashboard.chromium import find_chromium
+
+    try:
+        return ok("browser", find_chromium())
+    except FileNotFoundError as error:
+        return warn("browser", f"{error}; the browser test cannot run")

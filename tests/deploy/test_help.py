@@ -33,6 +33,8 @@ def test_help_names_every_verb(capsys):
         (["up", "dmo"], "did you mean demo?"),
         (["run", "torque_obsever"], "did you mean torque_observer?"),
         (["demo", "--robot", "icup"], "did you mean 'icub'?"),
+        (["demo", "--profile", "ideel"], "did you mean 'ideal'?"),
+        (["demo", "--scenario", "dmo"], "did you mean 'demo'?"),
         (["demo", "--base", "afloat"], "afloat"),
     ],
 )
