@@ -39,7 +39,7 @@ class Parameters:
         return value
 
     def set(self, name: str, value: Any) -> Any:
-        """Set one setting; return the value as validated, raise ValueError with pydantic's reason."""
+        """Set one setting; return it as validated, or raise ValueError with pydantic's reason."""
         self.get(name)
         changed = self.value.model_dump()
         *path, last = name.split(".")
@@ -85,7 +85,7 @@ def validate(model: type[BaseModel], values: Any) -> BaseModel:
 
 
 def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """Return pydantic's complaints as ``key: message, got value``; unknown keys with what exists."""
+    """Return pydantic's complaints, one line each; unknown keys with what exists."""
     return [_explain(item, model) for item in error.errors(include_url=False)]
 
 

@@ -130,11 +130,31 @@ def running_hub() -> Iterator[str]:
         _finish([process])
 
 
+@pytest.fixture(scope="session")
+def _hubs() -> Iterator[list[tuple[str, Process]]]:
+    hubs: list[tuple[str, Process]] = []
+    yield hubs
+    _finish([process for _, process in hubs])
+
+
 @pytest.fixture
-def hub() -> Iterator[str]:
-    """Run a hub on a free loopback port; return its endpoint."""
-    with running_hub() as endpoint:
-        yield endpoint
+def hub(_hubs: list[tuple[str, Process]]) -> str:
+    """Return the endpoint of a hub on a free loopback port; tests share it while it lives."""
+    if not _hubs or _hubs[-1][1].popen.poll() is not None:
+        _hubs.append(start_hub())
+    return _hubs[-1][0]
+
+
+def start_hub(endpoint: str | None = None) -> tuple[str, Process]:
+    """Start a hub that is not announced to others; return its endpoint and its process."""
+    endpoint = endpoint or f"tcp/127.0.0.1:{free_port()}"
+    process = Process("bus.hub", "--listen", endpoint, "--settle", "0", "--no-announce")
+    try:
+        _await_ready(endpoint, "hub", process, 20.0)
+    except BaseException:
+        process.clean_up()
+        raise
+    return endpoint, process
 
 
 @pytest.fixture

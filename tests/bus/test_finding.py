@@ -1,0 +1,95 @@
+"""Finding the bus, and refusing to leave the machine."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from bus import BusError, Node, runtime_directory
+from bus.session import is_local
+
+
+@pytest.fixture(autouse=True)
+def empty(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.delenv("WRENCHBUS_CONNECT", raising=False)
+
+
+@pytest.fixture
+def other():
+    """Another live process's pid."""
+    process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    yield process.pid
+    process.communicate()
+
+
+def announce_as(pid, endpoint, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "getpid", lambda: pid)
+        return runtime_directory.announce(endpoint)
+
+
+def test_the_live_entry_is_found():
+    file = runtime_directory.announce("tcp/127.0.0.1:9", "robot1", "http://127.0.0.1:1")
+    entry = runtime_directory.find()
+    assert (entry.endpoint, entry.namespace, entry.pid) == ("tcp/127.0.0.1:9", "robot1", os.getpid())
+    assert runtime_directory.resolve(None) == ("tcp/127.0.0.1:9", "robot1")
+    runtime_directory.remove(file)
+    assert runtime_directory.entries() == []
+
+
+def test_nothing_running_says_how_to_start(tmp_path):
+    with pytest.raises(BusError, match="no bus is running: nothing in .*wrenchbus demo"):
+        runtime_directory.find()
+
+
+def test_entries_of_dead_processes_are_ignored(monkeypatch):
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait()
+    announce_as(process.pid, "tcp/127.0.0.1:1", monkeypatch)
+    runtime_directory.announce("tcp/127.0.0.1:2")
+    assert runtime_directory.find().endpoint == "tcp/127.0.0.1:2"
+
+
+def test_unreadable_entries_are_ignored():
+    runtime_directory.announce("tcp/127.0.0.1:2")
+    for number, text in enumerate(["", "[]", "{", '{"endpoint": 1}', '{"pid": "x"}']):
+        (runtime_directory.directory() / f"{number}.json").write_text(text)
+    assert len(runtime_directory.entries()) == 1
+
+
+def test_several_live_buses_are_listed(monkeypatch, other):
+    runtime_directory.announce("tcp/127.0.0.1:1")
+    announce_as(other, "tcp/127.0.0.1:2", monkeypatch)
+    with pytest.raises(BusError, match=r"several buses.*:1 \(pid .*:2 \(pid .*--connect"):
+        runtime_directory.find()
+
+
+def test_the_environment_and_the_argument_win(monkeypatch):
+    runtime_directory.announce("tcp/127.0.0.1:1", "one")
+    monkeypatch.setenv("WRENCHBUS_CONNECT", "tcp/127.0.0.1:2")
+    assert runtime_directory.resolve(None) == ("tcp/127.0.0.1:2", "")
+    assert runtime_directory.resolve("tcp/127.0.0.1:1") == ("tcp/127.0.0.1:1", "one")
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "local"),
+    [
+        ("tcp/127.0.0.1:7512", True),
+        ("tcp/localhost:1", True),
+        ("tcp/[::1]:1", True),
+        ("unixsock-stream//tmp/x", True),
+        ("tcp/0.0.0.0:7512", False),
+        ("tcp/[::]:7512", False),
+        ("tls/robot.local:7447", False),
+        ("udp/192.168.0.1:1", False),
+    ],
+)
+def test_endpoints_that_leave_the_machine_are_told_apart(endpoint, local):
+    assert is_local(endpoint) == local
+
+
+def test_an_unprotected_endpoint_of_another_machine_is_refused():
+    with pytest.raises(BusError, match="leaves this machine.*--insecure"):
+        Node("x", connect="tcp/192.0.2.1:7512", signals=False)

@@ -1,0 +1,261 @@
+"""Outputs and inputs over a hub."""
+
+import os
+import time
+
+import numpy as np
+import pytest
+
+from bus import BusError, NameTaken, Node, WireError
+from bus.encoder import Encoder
+from bus.introspection import list_ports, list_services, port_info, wait_for_port, wait_for_service
+from bus.testing import eventually
+from tests.bus.messages import Mixed, Number, mixed
+
+
+@pytest.fixture
+def writer(hub):
+    with Node("writer", connect=hub, signals=False) as node:
+        yield node
+
+
+def join(*nodes):
+    for node in nodes:
+        node.ready()
+
+
+def collect(node, port, count, timeout=10.0):
+    """Return the next ``count`` messages."""
+    messages = []
+
+    def enough():
+        node.wait(0.01)
+        while (received := port.read()) is not None:
+            messages.append(received)
+        return len(messages) >= count
+
+    eventually(enough, timeout, f"{count} messages on {port.name}")
+    return messages
+
+
+def pair(writer, node, depth=64, **more):
+    out = writer.output("/w/x:o", Number, rate=100.0)
+    inp = node.input("/r/x:i", Number, source="/w/x:o", depth=depth, **more)
+    join(writer, node)
+    eventually(lambda: out.matched and node.directory.leader("/w/x:o"))
+    return out, inp
+
+
+def test_messages_arrive_in_order_with_their_envelope(writer, node):
+    out, inp = pair(writer, node)
+    for k in range(50):
+        out.write(Number(value=float(k)), stamp=1000 + k, clock=1, acquired=77)
+    got = collect(node, inp, 50)
+    assert [r.data.value for r in got] == [float(k) for k in range(50)]
+    assert [r.envelope.seq for r in got] == list(range(1, 51))
+    envelope = got[0].envelope
+    assert (envelope.stamp, envelope.clock, envelope.acquired) == (1000, 1, 77)
+    assert envelope.source == out.source and envelope.valid
+    assert inp.latest is got[-1]
+    assert inp.statistics.as_map() == {
+        **{"received": 50, "lost": 0, "dropped": 0, "refused": 0, "foreign": 0, "repeated": 0}
+    }
+
+
+def test_what_derives_from_a_message_keeps_its_times(writer, node):
+    out, inp = pair(writer, node)
+    out.write(Number(value=1.0), stamp=5, clock=1, acquired=6)
+    first = collect(node, inp, 1)[0].envelope
+    out.write(Number(value=2.0), like=first, valid=False, reason="no data")
+    second = collect(node, inp, 1)[0].envelope
+    assert (second.stamp, second.clock, second.acquired) == (5, 1, 6)
+    assert (second.valid, second.reason) == (False, "no data")
+
+
+def test_newest_only_keeps_one_and_counts_the_rest(writer, node):
+    out, inp = pair(writer, node, depth=1)
+    for k in range(20):
+        out.write(Number(value=float(k)))
+    eventually(lambda: (inp._samples._items and inp._samples.dropped == 19), what="all arrived")
+    assert inp.newest().data.value == 19.0
+    assert inp.newest() is None
+    assert (inp.statistics.dropped, inp.statistics.lost) == (0, 0)  # the first: no gap known yet
+    for k in range(20):
+        out.write(Number(value=float(k)))
+    eventually(lambda: inp._samples.dropped == 38)
+    inp.newest()
+    assert (inp.statistics.dropped, inp.statistics.lost) == (38, 0)
+
+
+def test_a_bounded_queue_drops_the_oldest(writer, node):
+    out, inp = pair(writer, node, depth=4)
+    for k in range(10):
+        out.write(Number(value=float(k)))
+    eventually(lambda: inp._samples.dropped == 6)
+    assert [r.data.value for r in collect(node, inp, 4)] == [6.0, 7.0, 8.0, 9.0]
+
+
+def test_losses_on_the_wire_are_counted_for_each_writer_by_itself(writer, node):
+    inp = node.input("/r/y:i", Number, depth=64)
+    join(node)
+    one, two = (Encoder(Number, bytes([k]) * 16) for k in (1, 2))
+    publisher = writer.session.declare_publisher("r/y:i")
+    eventually(lambda: publisher.matching_status.matching)
+    for who, seq in [(one, 1), (two, 100), (one, 2), (two, 103), (one, 5), (two, 104), (one, 5)]:
+        publisher.put(who.encode(Number(value=1.0), seq, 0, 0, 0, 0))
+    collect(node, inp, 6)
+    eventually(lambda: inp.read() is None and inp.statistics.repeated == 1)
+    assert inp.statistics.lost == 4
+    assert inp.statistics.received == 6
+
+
+def test_anybody_may_write_directly_to_an_input(writer, node):
+    inp = node.input("/r/command:i", Number, source="/nobody:o", depth=8)
+    join(node)
+    direct = writer.output("/r/command:i", Number)
+    eventually(lambda: direct.matched)
+    direct.write(Number(value=4.0))
+    assert collect(node, inp, 1)[0].data.value == 4.0
+    assert "/r/command:i" not in writer._ports
+
+
+def test_only_the_owner_of_a_name_is_heard_on_it(writer, node):
+    out, inp = pair(writer, node)
+    stranger = writer.session.declare_publisher("w/x:o")
+    forged = Encoder(Number, os.urandom(16)).encode(Number(value=9.0), 1, 0, 0, 0, 0)
+    stranger.put(forged)
+    out.write(Number(value=1.0))
+    assert [r.data.value for r in collect(node, inp, 1)] == [1.0]
+    eventually(lambda: inp.read() is None and inp.statistics.foreign == 1)
+
+
+BAD = {
+    "garbage": b"\xc1\x00garbage",
+    "nothing": b"",
+    "another type": Encoder(Number, bytes(16)).encode(Number(value=1.0), 1, 0, 0, 0, 0),
+    "another shape": Encoder(Mixed, bytes(16), 0, "m").encode(mixed(4), 1, 0, 0, 0, 0),
+    "another robot": Encoder(Mixed, bytes(16), 0, "x").encode(mixed(), 1, 0, 0, 0, 0),
+    "too long": bytes(70_000),
+    "far too long": bytes(3 << 20),
+    "NaN": Encoder(Mixed, bytes(16), 0, "m")
+    .encode(mixed(), 1, 0, 0, 0, 0)
+    .replace(np.float64(2.0).tobytes(), np.float64(np.nan).tobytes()),
+}
+
+
+@pytest.mark.parametrize("bad", BAD.values(), ids=BAD.keys())
+def test_a_bad_message_changes_nothing_but_a_counter(writer, node, bad, caplog):
+    inp = node.input("/r/z:i", Mixed, depth=64, model="m", dimensions={"n": 3, "k": 2})
+    join(node)
+    publisher = writer.session.declare_publisher("r/z:i")
+    eventually(lambda: publisher.matching_status.matching)
+    good = Encoder(Mixed, os.urandom(16), 0, "m")
+    for seq in (1, 2):
+        publisher.put(good.encode(mixed(), seq, 0, 0, 0, 0))
+        publisher.put(bad)
+    assert len(collect(node, inp, 2)) == 2
+    eventually(lambda: inp.read() is None and inp.statistics.refused == 2)
+    assert inp.statistics.lost == 0
+    assert len(caplog.records) == 1 and "/r/z:i: message refused" in caplog.text
+
+
+def test_nothing_is_written_before_the_claim_stands(writer):
+    out = writer.output("/w/x:o", Number)
+    with pytest.raises(BusError, match="before node.ready"):
+        out.write(Number(value=1.0))
+
+
+def test_a_wrong_datum_is_refused_at_the_writer_and_takes_no_number(writer, node):
+    out, inp = pair(writer, node)
+    with pytest.raises(WireError, match="field value: expected a finite number"):
+        out.write(Number(value=float("nan")))
+    with pytest.raises(WireError, match="expected a message of type Number, got Mixed"):
+        out.write(mixed())
+    out.write(Number(value=1.0))
+    assert collect(node, inp, 1)[0].envelope.seq == 1
+
+
+def test_a_message_above_the_limit_is_refused_at_the_writer(writer, node):
+    out = writer.output("/w/long:o", Mixed, max_message=1000)
+    join(writer)
+    with pytest.raises(WireError, match="limit 1000"):
+        out.write(mixed(n=200))
+
+
+def test_a_stream_is_fresh_until_ten_periods_of_silence(writer, node):
+    out, inp = pair(writer, node, rate=100.0)
+    assert not inp.fresh and inp.reason == "no data on /w/x:o yet"
+    out.write(Number(value=1.0))
+    collect(node, inp, 1)
+    assert inp.fresh and inp.reason == "" and inp.silence < 0.1
+    eventually(lambda: not inp.fresh)
+    assert inp.silence > 0.1
+    assert inp.reason.startswith("no data on /w/x:o for 1")
+    out.write(Number(value=1.0))
+    collect(node, inp, 1)
+    assert inp.fresh
+
+
+def test_the_reason_tells_when_nobody_has_the_name(node):
+    inp = node.input("/r/x:i", Number, source="/w/gone:o", rate=100.0)
+    assert inp.reason == "nobody writes /w/gone:o"
+
+
+def test_a_port_opened_later_claims_its_name_at_once(writer, node):
+    join(writer, node)
+    out = writer.output("/w/late:o", Number)
+    inp = node.input("/r/late:i", Number, source="/w/late:o", depth=8)
+    eventually(lambda: out.matched and node.directory.leader("/w/late:o"))
+    out.write(Number(value=3.0))
+    assert collect(node, inp, 1)[0].data.value == 3.0
+
+
+def test_one_process_cannot_open_a_name_twice(writer):
+    writer.output("/w/x:o", Number)
+    with pytest.raises(NameTaken, match="open already in this process"):
+        writer.output("/w/x:o", Number)
+
+
+def test_all_ports_of_a_node_are_claimed_in_a_moment(writer):
+    for k in range(30):
+        writer.output(f"/w/x{k}:o", Number)
+    began = time.monotonic()
+    writer.ready()
+    assert time.monotonic() - began < 2.0  # 10 ms on a quiet machine
+
+
+def test_ports_and_services_are_listed(writer, node):
+    pair(writer, node)
+    wait_for_service(node, "writer")
+    ports = {port["name"]: port for port in list_ports(node)}
+    assert ports["/w/x:o"]["type"] == "Number/1"
+    assert ports["/w/x:o"]["nominal_hz"] == 100.0
+    assert ports["/w/x:o"]["owner"] == {
+        **{"service": "writer", "pid": os.getpid(), "host": ports["/w/x:o"]["owner"]["host"]}
+    }
+    assert ports["/r/x:i"]["sources"] == ["/w/x:o"]
+    assert ports["/writer/rpc:i"]["direction"] == "rpc"
+    assert {"writer", "test", "hub"} <= {entry["service"] for entry in list_services(node)}
+
+
+def test_the_information_of_a_port_has_fields_and_statistics(writer, node):
+    out, inp = pair(writer, node)
+    out.write(Number(value=1.0))
+    collect(node, inp, 1)
+    info = port_info(node, "/w/x:o")
+    assert info["fields"][0] == {
+        **{"name": "value", "type": "float", "shape": [], "unit": "m", "frame": ""},
+        "optional": False,
+    }
+    assert info["description"] == "One number."
+    assert info["statistics"]["written"] == 1
+    assert port_info(writer, "/r/x:i")["statistics"]["received"] == 1
+    assert "help()" in port_info(node, "/writer/rpc:i")["verbs"]
+
+
+def test_an_unknown_port_is_answered_with_near_names(writer, node):
+    pair(writer, node)
+    with pytest.raises(BusError, match=r"unknown port /w/y:o \(did you mean .*/w/x:o"):
+        wait_for_port(node, "/w/y:o", timeout=0.05)
+    with pytest.raises(BusError, match="service nobody is not ready.*ready are: .*writer"):
+        wait_for_service(node, "nobody", timeout=0.05)
