@@ -1,9 +1,11 @@
 """What touches add to a robot's equations of motion, from one sample of all sensors."""
 
+from collections.abc import Iterable
+
 import numpy as np
 import pinocchio as pin
 
-from estimation.row_layout import RowLayout, SupportRows
+from estimation.row_layout import RemovedWrenches, RowLayout
 from robot_model import Robot
 from robot_model.messages import SensorFrame
 
@@ -17,9 +19,9 @@ class ContactRows:
     Motor torques become link torques (rotors and friction taken off). The supports'
     wrenches are removed.
 
-    After ``update``, ``rows`` (nv,), ``jacobian`` (nv, 6; row = motion axis [v w] in the
-    root's axes) and ``wrenches()`` belong to that sample. The root is the first inertial
-    sensor; wrenches are in its axes, about its origin.
+    After ``update``, ``predicted`` (nv,; what the model alone says), ``jacobian`` (nv, 6;
+    row = motion axis [v w] in the root's axes) and ``wrenches()`` belong to that sample.
+    The root is the first inertial sensor; wrenches are in its axes, about its origin.
     """
 
     def __init__(self, robot: Robot, support: str = "floor"):
@@ -37,17 +39,17 @@ class ContactRows:
         index = 6 * self.layout.inlets[:, None, swap] + swap[None, :, None]
         self._map_index = index.reshape(-1)
         self._columns = self.jacobian.reshape(-1)
-        self.rows = np.zeros(self._model.nv)
+        self.predicted = np.zeros(self._model.nv)
         self.set_support(support)
 
     def set_support(self, support: str) -> None:
         """Change the kind of support."""
-        self.supports = SupportRows(self.layout, self.robot.supports[support])
+        self._support_frames = self.robot.supports[support]
+        self.removed = self.removing(())
 
-    @property
-    def data(self) -> pin.Data:
-        """Pinocchio's results at the present sample; link placements after ``place_links``."""
-        return self._data
+    def removing(self, blind: Iterable[int]) -> RemovedWrenches:
+        """Return what is removed when some sub-trees shall not disturb the others."""
+        return RemovedWrenches(self.layout, self._support_frames, blind)
 
     @property
     def q(self) -> Array:
@@ -65,12 +67,16 @@ class ContactRows:
         a[self._joint_v] = ddq
         rows = pin.rnea(self._model, self._data, q, v, a)
         pin.computeJointJacobians(self._model, self._data, q)
+        self.predicted[:] = rows
         rows[self._joint_v] -= self._link_torque(dq, ddq, frame.motor_torque)
         rows[self._cut_v] -= frame.ft * self._sign
-        self.rows = rows
-        if self.supports.subtrees:
-            support = self.wrenches(rows)[self.supports.subtrees]
-            rows -= np.einsum("ij,ij->i", self.jacobian, self.supports.bears @ support)
+        return self.remove(rows, self.removed)
+
+    def remove(self, rows: Array, removed: RemovedWrenches) -> Array:
+        """Take the net wrenches of some sub-trees from rows, (nv,), in place."""
+        if removed.subtrees:
+            wrenches = self.wrenches(rows)[removed.subtrees]
+            rows -= np.einsum("ij,ij->i", self.jacobian, removed.bears @ wrenches)
         return rows
 
     def _link_torque(self, dq: Array, ddq: Array, motor_torque: Array) -> Array:

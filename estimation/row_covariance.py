@@ -7,6 +7,7 @@ import pinocchio as pin
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from estimation.contact_rows import ContactRows
+from estimation.row_layout import RemovedWrenches
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
@@ -50,20 +51,37 @@ class RowCovariance:
         self.matrix = np.zeros_like(self._rotors)
         self.information = np.zeros_like(self._rotors)
 
-    def update(self, frame: SensorFrame) -> None:
-        """Compute the covariance at the posture of the rows and the validity of a frame."""
+    def update(
+        self,
+        frame: SensorFrame,
+        removed: RemovedWrenches | None = None,
+        model_error: Array | float = 0.0,
+    ) -> None:
+        """Compute the covariance at the posture of the rows and the validity of a frame.
+
+        Args:
+            frame: Sensor frame of which the flags count.
+            removed: Wrenches taken from the rows; those of the ``ContactRows`` when None.
+            model_error: Standard deviation of what the model predicts, (nv,) or 0.
+        """
+        removed = self._rows.removed if removed is None else removed
         motion, reading = self._variances(frame)
+        reading += np.square(model_error)
         pin.crba(self._model, self._data, self._rows.q, pin.Convention.WORLD)
         spread = self._data.M + self._rotors
         errors = (spread * motion) @ spread.T
         errors[np.diag_indices_from(errors)] += reading
-        supports = self._rows.supports
-        if supports.subtrees:
-            errors = self._without_supports(errors)
+        if removed.subtrees:
+            errors = self._without(removed, errors)
         self.matrix = errors
-        active = np.flatnonzero(supports.active)
+        active = np.flatnonzero(removed.active)
         self.information[:] = 0.0
         self.information[np.ix_(active, active)] = inverse(errors[np.ix_(active, active)])
+
+    def of_wrenches(self) -> Array:
+        """Covariance of ``ContactRows.wrenches``, (s, 6, 6)."""
+        maps = self._rows.wrench_map()
+        return maps @ self.matrix @ maps.transpose(0, 2, 1)
 
     def _variances(self, frame: SensorFrame) -> tuple[Array, Array]:
         """Variances of the accelerations and of the readings, (nv,) each."""
@@ -79,14 +97,12 @@ class RowCovariance:
         reading[self._cut_v] = np.where(frame.ft_valid[:, None], sensor, UNKNOWN)
         return motion, reading
 
-    def _without_supports(self, errors: Array) -> Array:
-        """Covariance after the supports' wrenches have been removed from the rows."""
-        rows = self._rows
-        maps = rows.wrench_map()[rows.supports.subtrees]
+    def _without(self, removed: RemovedWrenches, errors: Array) -> Array:
+        """Covariance after some wrenches have been taken from the rows."""
+        maps = self._rows.wrench_map()[removed.subtrees]
         remover = np.eye(len(errors))
         for column, wrench_map in enumerate(maps):
-            bears = rows.supports.bears[:, column, None]
-            remover -= (bears * rows.jacobian) @ wrench_map
+            remover -= (removed.bears[:, column, None] * self._rows.jacobian) @ wrench_map
         return remover @ errors @ remover.T
 
 

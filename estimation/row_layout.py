@@ -6,7 +6,7 @@ origin of the root, adds J^T F to the rows of the joints between that body and t
 and nothing to the others; J is the same for all bodies.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -72,23 +72,29 @@ class RowLayout:
         return range(len(self.robot.subtrees))
 
 
-class SupportRows:
-    """How supports show in the rows, and what is left of the rows without them.
+class RemovedWrenches:
+    """Sub-trees whose net wrench is taken from all rows: supports, and what must not disturb.
 
-    The net wrench of a sub-tree that bears a support is taken for the support's and is
-    removed from all rows; the sub-tree's own inlet then says nothing any more. Rows
-    between two supports of one sub-tree share a wrench in an unknown way, and are dropped.
+    The wrench of a support acts at its frame; that of a blind sub-tree acts anywhere in
+    it. Rows between two places where it may act share it in an unknown way, and are
+    dropped; so is the sub-tree's own inlet, which told the wrench.
+
+    Args:
+        layout: The rows.
+        frames: Frames of the supports.
+        blind: Indices of further sub-trees.
 
     Attributes:
-        subtrees: Indices of the sub-trees that bear supports; touches there are not seen.
-        bears: (nv, number of those) 1 where the support's wrench appears.
+        subtrees: Indices of all these sub-trees; touches there are not seen.
+        bears: (nv, number of those) 1 where the wrench appears.
         active: (nv,) bool, rows that still say something.
     """
 
-    def __init__(self, layout: RowLayout, frames: Sequence[str]):
+    def __init__(self, layout: RowLayout, frames: Sequence[str], blind: Iterable[int] = ()):
         rows: dict[int, list[Array]] = {}
         for frame in frames:
             rows.setdefault(layout.robot.subtree_of(frame), []).append(layout.rows_of(frame))
+        rows |= {i: list(layout.bears[layout.subtree == i]) for i in blind}
         self.subtrees = sorted(rows)
         common = [np.logical_and.reduce(rows[i]) for i in self.subtrees]
         self.bears = np.array(common, dtype=float).reshape(len(common), layout.model.nv).T

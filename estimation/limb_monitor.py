@@ -1,0 +1,112 @@
+"""Which limbs are touched: thresholds with hysteresis, two levels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Levels:
+    """When a limb counts as touched. Statistics are in standard deviations."""
+
+    contact: float = 6.5  # least threshold; a quiet period may raise it
+    release: float = 0.6  # fraction of the threshold below which a contact ends
+    release_time: float = 0.1  # s below it
+    collision: float = 40.0  # N, force from which a contact is a collision
+    collision_release: float = 0.8  # fraction of it
+
+
+@dataclass(frozen=True, eq=False)
+class LimbFlag:
+    """State of one limb (sub-tree)."""
+
+    limb: str
+    state: str  # none, contact, collision
+    probability: float  # of being touched
+    onset: int  # ns, when the contact began; 0 without one
+    force: float  # N, net force of the touches on the limb
+    valid: bool
+    reason: str
+
+
+class LimbMonitor:
+    """F eq. (6.3.1), || w_measured - w_model || > eta, for every sub-tree of its own.
+
+    The norm is that of the covariance, so that newtons and newton metres compare; eta is
+    at least ``levels.contact`` and is raised by the statistics of a quiet period.
+    """
+
+    def __init__(self, limbs: tuple[str, ...], levels: Levels | None = None):
+        self.limbs = limbs
+        self.levels = levels or Levels()
+        self.threshold = np.full(len(limbs), self.levels.contact)
+        self._states = ["none"] * len(limbs)
+        self._onset = [0] * len(limbs)
+        self._below = [0] * len(limbs)  # ns, since when the statistic has been low; 0: not
+
+    def reset(self) -> None:
+        """Forget all contacts; thresholds stay."""
+        self._states = ["none"] * len(self.limbs)
+        self._onset = [0] * len(self.limbs)
+        self._below = [0] * len(self.limbs)
+
+    @property
+    def touched(self) -> list[int]:
+        """Indices of the limbs in contact or collision."""
+        return [i for i, state in enumerate(self._states) if state != "none"]
+
+    def learn(self, quiet: Array, margin: float = 1.5) -> None:
+        """Set thresholds from the largest statistics of a quiet period, (s,)."""
+        self.threshold = np.maximum(self.levels.contact, margin * quiet)
+
+    def update(
+        self, statistic: Array, force: Array, stamp: int, reasons: list[str]
+    ) -> list[LimbFlag]:
+        """Judge one sample.
+
+        Args:
+            statistic: Norm of each limb's wrench in standard deviations, (s,).
+            force: Norm of its force, (s,) N.
+            stamp: Time of the sample [ns].
+            reasons: Why a limb cannot be judged, "" if it can.
+        """
+        probability = contact_probability(statistic, self.threshold).tolist()
+        norms, flags = force.tolist(), []
+        for i, (value, eta) in enumerate(
+            zip(statistic.tolist(), self.threshold.tolist(), strict=True)
+        ):
+            if reasons[i]:
+                self._states[i], self._onset[i], self._below[i] = "none", 0, 0
+                flags.append(LimbFlag(self.limbs[i], "none", 0.0, 0, 0.0, False, reasons[i]))
+                continue
+            self._judge(i, value, eta, norms[i], stamp)
+            state, onset = self._states[i], self._onset[i]
+            flags.append(
+                LimbFlag(self.limbs[i], state, probability[i], onset, norms[i], True, "")
+            )
+        return flags
+
+    def _judge(self, i: int, value: float, eta: float, force: float, stamp: int) -> None:
+        levels = self.levels
+        if self._states[i] == "none":
+            if value <= eta:
+                return
+            self._states[i], self._onset[i], self._below[i] = "contact", stamp, 0
+        elif value >= levels.release * eta:
+            self._below[i] = 0
+        elif not self._below[i]:
+            self._below[i] = stamp
+        elif stamp - self._below[i] >= levels.release_time * 1e9:
+            self._states[i], self._onset[i] = "none", 0
+            return
+        factor = levels.collision_release if self._states[i] == "collision" else 1.0
+        hard = force >= factor * levels.collision
+        self._states[i] = "collision" if hard else "contact"
+
+
+def contact_probability(statistic: Array, threshold: Array) -> Array:
+    """Probability of a touch: even odds at the threshold, by the chi-square likelihood ratio."""
+    odds = 0.5 * (np.square(statistic) - np.square(threshold))
+    return 1.0 / (1.0 + np.exp(-np.clip(odds, -40.0, 40.0)))

@@ -1,0 +1,78 @@
+"""What the contact detector learns while the robot rests untouched."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimation.tare import MovingError, RestingAverage, StillnessLimits
+from robot_model.messages import SensorFrame
+
+Array = np.ndarray
+STILL = StillnessLimits(joint_velocity=0.05, joint_travel=0.02, angular_velocity=0.05)
+
+
+@dataclass(frozen=True, eq=False)
+class Quiet:
+    """Statistics of a quiet period; its mean is the tare.
+
+    Whoever is touched all the time is tared too: only the supports may touch.
+    """
+
+    rows: Array  # (nv,) mean of the touches' rows: biases of sensors and model
+    predicted: Array  # (nv,) mean of what the model predicts
+    wrenches: Array  # (samples, s, 6) of the sub-trees, before the tare
+    residual_mean: Array  # of the residuals
+    residual_std: Array
+    samples: int
+
+    def statistics(self, information: Array) -> Array:
+        """Largest norm of each sub-tree's wrench about the mean, in standard deviations, (s,).
+
+        Args:
+            information: Inverse covariance of the wrenches, (s, 6, 6).
+        """
+        error = self.wrenches - self.wrenches.mean(axis=0)
+        squares = np.einsum("tsi,sij,tsj->ts", error, information, error)
+        return np.sqrt(squares.max(axis=0))
+
+
+class QuietPeriod:
+    """Collects samples of a resting robot."""
+
+    def __init__(self, joints: tuple[str, ...], limits: StillnessLimits = STILL):
+        self._rest = RestingAverage(joints, limits)
+        self._rows: list[Array] = []
+        self._predicted: list[Array] = []
+        self._wrenches: list[Array] = []
+        self._residuals: list[Array] = []
+
+    def add(
+        self, frame: SensorFrame, rows: Array, predicted: Array, wrenches: Array, residuals: Array
+    ) -> None:
+        """Add one complete sample; rows and wrenches before any tare."""
+        self._rest.add(frame.q, frame.dq, frame.ft, frame.imu_gyro[0], frame.imu_acc[0])
+        self._rows.append(rows.copy())
+        self._predicted.append(predicted.copy())
+        self._wrenches.append(wrenches)
+        self._residuals.append(residuals)
+
+    def finish(self) -> Quiet:
+        """Return the statistics.
+
+        Raises:
+            MovingError: The robot moved, or too few samples came.
+        """
+        if len(self._rows) < 10:
+            raise MovingError(
+                f"only {len(self._rows)} complete samples came; a tare needs every sensor"
+            )
+        self._rest.mean()
+        residuals = np.array(self._residuals)
+        return Quiet(
+            rows=np.mean(self._rows, axis=0),
+            predicted=np.mean(self._predicted, axis=0),
+            wrenches=np.array(self._wrenches),
+            residual_mean=residuals.mean(axis=0),
+            residual_std=residuals.std(axis=0),
+            samples=len(self._rows),
+        )
