@@ -5,12 +5,10 @@ from robot_model import load_robot, ports
 from services.sensor_server.config import SensorServerConfig
 from services.sensor_server.service import main
 
-raise SystemExit(
-    serve(
-        main,
-        SensorServerConfig,
-        name="sensor_server",
-        package=__package__,
-        clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
-    )
+serve(
+    main,
+    SensorServerConfig,
+    name="sensor_server",
+    package=__package__,
+    clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
 )

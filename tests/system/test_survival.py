@@ -1,0 +1,122 @@
+"""Each service killed and suspended, while the rest goes on and recovers by itself."""
+
+import pytest
+
+from tests.system.stack import MODULES, STREAMS, Stack
+
+pytestmark = pytest.mark.system
+SERVICES = ("hub", *MODULES)
+OWNED = {
+    "robot_sim": (),
+    "sensor_server": ("sensors",),
+    "base_estimator": ("base",),
+    "torque_observer": ("torques", "wrenches", "ft_prediction"),
+    "gravity_compensator": ("gravity",),
+    "contact_detector": ("residuals", "contacts"),
+    "dashboard": (),
+    "hub": (),
+}
+# streams of other services that cannot be right without a service
+DEPENDENT = {
+    "robot_sim": STREAMS,
+    "sensor_server": ("base", "torques", "wrenches", "gravity", "residuals", "contacts"),
+    "base_estimator": ("gravity",),
+}
+
+
+def lost(stack: Stack, service: str) -> bool:
+    """Whether what a service writes is silent, and what depends on it says that it is invalid."""
+    states = stack.states()
+    silent = all(states[key] == "silent" for key in OWNED[service])
+    dependent = DEPENDENT.get(service, ())
+    return silent and all(states[key] not in ("valid", "silent") for key in dependent)
+
+
+def others_go_on(stack: Stack, service: str) -> bool:
+    states = stack.states()
+    return all(states[key] != "silent" for key in STREAMS if key not in OWNED[service])
+
+
+def await_loss(stack: Stack, service: str) -> None:
+    stack.until(lambda: lost(stack, service), lambda: f"without {service}: {stack.states()}")
+    stack.until(
+        lambda: others_go_on(stack, service), lambda: f"without {service}: {stack.states()}"
+    )
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_a_killed_service_is_missed_and_comes_back(stack: Stack, service: str):
+    stack.processes[service].kill()
+    await_loss(stack, service)
+    stack.assert_running(service)
+    stack.start(service)
+    if service != "hub":
+        stack.await_ready([service])
+    stack.await_whole()
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_a_suspended_service_is_missed_and_goes_on(stack: Stack, service: str):
+    stack.suspend(service)
+    try:
+        await_loss(stack, service)
+    finally:
+        stack.resume(service)
+    stack.await_whole()
+    if service != "hub":
+        stack.until(lambda: stack.answers(service), lambda: f"{service} does not answer")
+
+
+def test_a_service_suspended_for_longer_than_its_lease_comes_back(stack: Stack):
+    name = "/icub/torques:o"
+    stack.suspend("torque_observer")
+    try:
+        stack.until(lambda: stack.node.directory.leader(name) is None, lambda: f"{name} stands")
+    finally:
+        stack.resume("torque_observer")
+    stack.until(lambda: stack.node.directory.leader(name), lambda: f"{name} does not stand")
+
+
+def test_without_the_gravity_compensator_the_feedforward_fades_and_the_robot_stays_up(
+    stack: Stack,
+):
+    def factor() -> float:
+        return stack.ask("sensor_server", "status")["feedforward"]
+
+    stack.until(lambda: factor() == 1.0, lambda: f"feed-forward {factor()}")
+    stack.processes["gravity_compensator"].kill()
+    stack.until(lambda: factor() == 0.0, lambda: f"feed-forward {factor()}")
+    assert not stack.simulate("status")["fallen"]
+    stack.start("gravity_compensator")
+    stack.until(lambda: factor() == 1.0, lambda: f"feed-forward {factor()}")
+    assert not stack.simulate("status")["fallen"]
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_a_second_owner_of_a_name_is_refused_and_told_who_has_it(stack: Stack, service: str):
+    second = stack.run(service)
+    try:
+        second.expected = None
+        status = second.popen.wait(30.0)
+        assert status == 1
+        last = second.output.strip().splitlines()[-1]
+        if service == "hub":
+            assert stack.endpoint.rpartition(":")[2] in last
+        else:
+            assert str(stack.pids[service]) in last and service in last
+    finally:
+        second.clean_up()
+
+
+def test_pause_is_not_silence(stack: Stack):
+    stack.simulate("pause")
+    try:
+        with pytest.raises(AssertionError, match="not within"):
+            stack.until(
+                lambda: set(stack.states().values()) - {"valid", "silent"},
+                lambda: "nothing is invalid, as it should be",
+                timeout=1.5,
+            )
+        assert stack.ask("sensor_server", "status")["feedforward"] == 1.0
+    finally:
+        stack.simulate("resume")
