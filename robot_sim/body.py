@@ -2,7 +2,7 @@
 
 import numpy as np
 import pinocchio as pin
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dposv  # pyright: ignore[reportAttributeAccessIssue]
 
 from robot_model import Robot, TreeModel
 

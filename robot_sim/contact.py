@@ -87,10 +87,12 @@ class SoleContacts:
         self.joints_cut = [place.joint for place in parts]
         corners = [np.asarray(robot.soles[name]) for name in self.frames]
         count, size = len(self.frames), len(corners[0])
-        self._friction = floor.friction
-        stiffness, damping = floor.tangential_stiffness, floor.tangential_damping
-        self._stiffness = np.array([[stiffness], [stiffness], [floor.stiffness]])
-        self._damping = np.array([[damping], [damping], [floor.damping]])
+        self._friction, self._cone = floor.friction, floor.friction**2
+        axes, shape = np.array([1.0, 1.0, 0.0])[:, None], (count, 3, size)
+        self._stiffness = np.empty(shape)
+        self._stiffness[:] = axes * floor.tangential_stiffness + (1 - axes) * floor.stiffness
+        self._damping = np.empty(shape)
+        self._damping[:] = axes * floor.tangential_damping + (1 - axes) * floor.damping
         local = [
             np.array([w.joint_M_frame.act(corner) for corner in cs])
             for w, cs in zip(whole, corners, strict=True)
@@ -162,19 +164,19 @@ class SoleContacts:
         normal = force[:, 2]
         np.maximum(normal, 0.0, out=normal)
         normal *= self._position[:, 2] < 0.0  # the damper never pulls a lifted corner back
-        square = force[:, :2] * force[:, :2]
-        limit = self._friction * normal
-        slips = square[:, 0] + square[:, 1] > limit * limit
+        square = force * force
+        slips = square[:, 0] + square[:, 1] > self._cone * square[:, 2]
         if np.count_nonzero(slips):
-            self._slip(slips, limit, drag)
+            self._slip(slips, drag)
 
-    def _slip(self, slips: Array, limit: Array, drag: Array) -> None:
+    def _slip(self, slips: Array, drag: Array) -> None:
         """Cut friction at the Coulomb cone and drag the bristles along."""
         foot, corner = np.nonzero(slips)
         friction = self._force[foot, :2, corner]
-        friction *= (limit[slips] / np.linalg.norm(friction, axis=1))[:, None]
+        limit = self._friction * self._force[foot, 2, corner]
+        friction *= (limit / np.linalg.norm(friction, axis=1))[:, None]
         self._force[foot, :2, corner] = friction
-        stretch = (friction + drag[foot, :2, corner]) / self._stiffness[0]
+        stretch = (friction + drag[foot, :2, corner]) / self._stiffness[0, 0, 0]
         self._anchor[foot, :2, corner] = self._position[foot, :2, corner] + stretch
 
 

@@ -76,23 +76,22 @@ class Noise:
     def __init__(self, profile: NoiseProfile, n: int, k: int, m: int, seed: int):
         self.profile = profile
         self.seed = seed
-        shapes = {
-            "ft_force": (k, 3),
-            "ft_moment": (k, 3),
-            "motor_torque": (n,),
-            "gyro": (m, 3),
-            "accelerometer": (m, 3),
-            "orientation": (m, 3),
+        ft = (profile.ft_force, profile.ft_moment)
+        channels = {
+            "ft": [channel for channel in ft for _ in range(3)] * k,
+            "motor_torque": [profile.motor_torque] * n,
+            "gyro": [profile.gyro] * 3 * m,
+            "accelerometer": [profile.accelerometer] * 3 * m,
+            "orientation": [profile.orientation] * 3 * m,
         }
-        sizes = [int(np.prod(shape)) for shape in shapes.values()]
-        channels = [getattr(profile, name) for name in shapes]
-        self._white = np.repeat([channel.white for channel in channels], sizes)
-        self._bound = np.repeat([channel.bias for channel in channels], sizes)
-        self._error = np.zeros(sum(sizes))
-        pieces = np.split(self._error, np.cumsum(sizes)[:-1])
+        shapes = {"ft": (k, 6), "motor_torque": (n,)}
+        self._white = np.array([c.white for values in channels.values() for c in values])
+        self._bound = np.array([c.bias for values in channels.values() for c in values])
+        self._error = np.zeros(self._white.size)
+        ends = np.cumsum([len(values) for values in channels.values()])
         self.errors = {
-            name: piece.reshape(shape)
-            for (name, shape), piece in zip(shapes.items(), pieces, strict=True)
+            name: piece.reshape(shapes.get(name, (m, 3)))
+            for name, piece in zip(channels, np.split(self._error, ends[:-1]), strict=True)
         }
         self._count = None if profile.encoder_bits is None else 2 * np.pi / 2**profile.encoder_bits
         self.restart()

@@ -27,15 +27,12 @@ def raw_frame(exact: Readings, noise: Noise, valid: Mapping[str, Array]) -> RawF
         valid: Validity flags of the channels.
     """
     error, derivatives = noise.errors, noise.profile.derivatives
-    ft = exact.ft.copy()
-    ft[:, :3] += error["ft_force"]
-    ft[:, 3:] += error["ft_moment"]
     return RawFrame(
         q=noise.encoder(exact.q),
         dq=exact.dq if derivatives else None,
         ddq=exact.ddq if derivatives else None,
         motor_torque=exact.motor_torque + error["motor_torque"],
-        ft=ft,
+        ft=exact.ft + error["ft"],
         imu_gyro=exact.gyro + error["gyro"],
         imu_acc=exact.acceleration + error["accelerometer"],
         imu_dgyro=exact.angular_acceleration if derivatives else None,

@@ -25,6 +25,7 @@ def standing(robot):
     return plant
 
 
+@pytest.mark.timeout(600)  # ten seconds of an idle processor, minutes of a busy one
 def test_stands_for_a_minute_with_margin(robot):
     plant = Plant(robot)
     run(plant, 60.0)
