@@ -33,7 +33,11 @@ def announce_as(pid, endpoint, monkeypatch):
 def test_the_live_entry_is_found():
     file = runtime_directory.announce("tcp/127.0.0.1:9", "robot1", "http://127.0.0.1:1")
     entry = runtime_directory.find()
-    assert (entry.endpoint, entry.namespace, entry.pid) == ("tcp/127.0.0.1:9", "robot1", os.getpid())
+    assert (entry.endpoint, entry.namespace, entry.pid) == (
+        "tcp/127.0.0.1:9",
+        "robot1",
+        os.getpid(),
+    )
     assert runtime_directory.resolve(None) == ("tcp/127.0.0.1:9", "robot1")
     runtime_directory.remove(file)
     assert runtime_directory.entries() == []

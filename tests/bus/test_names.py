@@ -14,14 +14,17 @@ def test_a_good_name_becomes_its_key(name):
 
 
 @pytest.mark.parametrize(
-    "name", ["", "/", "icub/x:o", "/a/", "//a", "/a//b", "/a b", "/a*", "/a#", "/a?", "/ä", "/@wb/x"]
+    "name",
+    ["", "/", "icub/x:o", "/a/", "//a", "/a//b", "/a b", "/a*", "/a#", "/a?", "/ä", "/@wb/x"],
 )
 def test_a_bad_name_is_refused(name):
     with pytest.raises(BusError, match="bad port name"):
         check_name(name)
 
 
-@pytest.mark.parametrize(("name", "direction"), [("/a:i", "output"), ("/a:o", "input"), ("/a", "rpc")])
+@pytest.mark.parametrize(
+    ("name", "direction"), [("/a:i", "output"), ("/a:o", "input"), ("/a", "rpc")]
+)
 def test_the_suffix_says_the_direction(name, direction):
     with pytest.raises(BusError, match="ends in :"):
         check_name(name, direction)
@@ -48,7 +51,9 @@ def test_a_token_tells_everything_about_a_port():
     assert parse_ready(ready_key(owner)) == owner
 
 
-@pytest.mark.parametrize("key", ["", "a/b", "@wb/port", "@wb/port/a/b/c", "@wb/ready/a", "@wb/port" + 11 * "/x"])
+@pytest.mark.parametrize(
+    "key", ["", "a/b", "@wb/port", "@wb/port/a/b/c", "@wb/ready/a", "@wb/port" + 11 * "/x"]
+)
 def test_a_key_that_is_no_token_is_ignored(key):
     assert Token.parse(key) is None
     assert parse_ready(key) is None

@@ -76,7 +76,7 @@ def test_newest_only_keeps_one_and_counts_the_rest(writer, node):
     out, inp = pair(writer, node, depth=1)
     for k in range(20):
         out.write(Number(value=float(k)))
-    eventually(lambda: (inp._samples._items and inp._samples.dropped == 19), what="all arrived")
+    eventually(lambda: inp._samples._items and inp._samples.dropped == 19, what="all arrived")
     assert inp.newest().data.value == 19.0
     assert inp.newest() is None
     assert (inp.statistics.dropped, inp.statistics.lost) == (0, 0)  # the first: no gap known yet
