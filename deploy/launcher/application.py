@@ -24,6 +24,7 @@ class Hub(Part):
 
     host: str = "localhost"
     endpoint: str = Field(default="tcp/127.0.0.1:0", pattern=r"^[a-z]+/.+:\d+$")  # port 0: free
+    namespace: str | None = None  # key prefix; None: one of this run's own
 
 
 class Service(Part):

@@ -107,7 +107,10 @@ def _launch(application, host: str, seconds: float | None, on_ready) -> None:
     hosts = {application.hub.host, *(s.host for s in application.services.values())}
     if host not in hosts:
         raise UsageError(f"no service for host {host}; the file has {', '.join(sorted(hosts))}")
-    Launcher(application, f"wrenchbus-{os.getpid()}", host, on_ready).run(seconds)
+    namespace = application.hub.namespace
+    if namespace is None:
+        namespace = f"wrenchbus-{os.getpid()}"
+    Launcher(application, namespace, host, on_ready).run(seconds)
 
 
 def _headless() -> bool:
