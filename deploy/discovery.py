@@ -1,11 +1,31 @@
 """What exists on the bus, for verbs that take a name."""
 
+import time
+from typing import Any
+
 from bus import BusError, Node
 from bus.introspection import list_ports, wait_for_port
 from bus.names import did_you_mean
 from deploy.errors import UsageError
 
 SIMULATOR = "/sim/rpc:i"
+QUIET = 0.2  # [s] without news: everybody has been heard
+DEADLINE = 2.0  # [s]
+
+
+def all_ports(node: Node) -> list[dict[str, Any]]:
+    """Return the ports that stand, as soon as no more of them turn up.
+
+    A node that has just been opened hears from the others one by one, and on a busy
+    machine slowly.
+    """
+    ports = list_ports(node)
+    heard, deadline = time.monotonic(), time.monotonic() + DEADLINE
+    while time.monotonic() < min(heard + QUIET, deadline):
+        time.sleep(0.02)
+        if len(now := list_ports(node)) != len(ports):
+            ports, heard = now, time.monotonic()
+    return ports
 
 
 def require_port(node: Node, name: str) -> None:
@@ -15,14 +35,14 @@ def require_port(node: Node, name: str) -> None:
         UsageError: There is no such port; near names are suggested.
     """
     try:
-        wait_for_port(node, name, timeout=0.5)
+        wait_for_port(node, name, timeout=DEADLINE)
     except BusError as error:
         raise UsageError(str(error)) from None
 
 
 def simulator_port(node: Node, robot: str | None) -> str:
     """Return the RPC port of the simulated robot: the one named, or the only one alive."""
-    found = [p["name"] for p in list_ports(node) if p["name"].endswith(SIMULATOR)]
+    found = [p["name"] for p in all_ports(node) if p["name"].endswith(SIMULATOR)]
     robots = [name.removeprefix("/").removesuffix(SIMULATOR) for name in found]
     if robot is None and len(found) == 1:
         return found[0]

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from bus import Node
 from deploy.errors import CommandError
 
-HUB_DEADLINE = 2.0  # [s]
+HUB_DEADLINE = 3.0  # [s]
 
 
 @contextmanager

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from bus import BusError, Node, runtime_directory
-from bus.introspection import list_ports, port_info
+from bus.introspection import port_info
+from deploy.discovery import all_ports
 from deploy.doctor.result import Result, fail, ok, warn
 from deploy.errors import CommandError
 from deploy.session import open_bus
@@ -39,7 +40,7 @@ def _service(row: dict[str, Any]) -> Result:
 
 
 def _rates(node: Node) -> Iterator[Result]:
-    outputs = [p for p in list_ports(node) if p["direction"] == "output" and p["nominal_hz"]]
+    outputs = [p for p in all_ports(node) if p["direction"] == "output" and p["nominal_hz"]]
     before = {port["name"]: _look(node, port["name"]) for port in outputs}
     time.sleep(MEASURE)
     for port in outputs:

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 @on_the_bus
 def list_all(node: "Node", as_json: Json = False) -> None:
     """List the ports that stand on the bus."""
-    from bus.introspection import list_ports
+    from deploy.discovery import all_ports
 
-    ports = list_ports(node)
+    ports = all_ports(node)
     if as_json:
         print_json(ports)
     else:
