@@ -98,6 +98,19 @@ class ContactDetector:
         self.monitor.learn(quiet.statistics(self._information))
         self.monitor.reset()
 
+    def calibrate(self, quiet: Quiet) -> dict[str, float]:
+        """Raise the thresholds to what a motion without touches showed; returns them by limb."""
+        error = quiet.wrenches - self.rows.wrenches(self._offset)
+        squares = np.einsum("tsi,sij,tsj->ts", error, self._information, error)
+        self.monitor.learn(np.sqrt(squares.max(axis=0)))
+        return dict(zip(self.monitor.limbs, self.monitor.threshold.tolist(), strict=True))
+
+    def configure(self, settings: DetectorSettings) -> None:
+        """Change times and levels; contacts and the tare stay."""
+        self.settings = settings
+        self.monitor.levels = settings.levels
+        self.monitor.threshold = np.maximum(self.monitor.threshold, settings.levels.contact)
+
     @property
     def untared_rows(self) -> Array:
         """Rows of the last sample before the tare, (nv,)."""

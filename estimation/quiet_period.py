@@ -56,17 +56,18 @@ class QuietPeriod:
         self._wrenches.append(wrenches)
         self._residuals.append(residuals)
 
-    def finish(self) -> Quiet:
+    def finish(self, still: bool = True) -> Quiet:
         """Return the statistics.
 
         Raises:
-            MovingError: The robot moved, or too few samples came.
+            MovingError: Too few samples came, or the robot moved although it had to be still.
         """
         if len(self._rows) < 10:
             raise MovingError(
                 f"only {len(self._rows)} complete samples came; a tare needs every sensor"
             )
-        self._rest.mean()
+        if still:
+            self._rest.mean()
         residuals = np.array(self._residuals)
         return Quiet(
             rows=np.mean(self._rows, axis=0),

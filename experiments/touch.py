@@ -50,7 +50,7 @@ def run_touches(
 
 
 def _stands(plant: Plant) -> bool:
-    return not plant.fallen and float(np.abs(plant.dq).max()) < STANDS
+    return not plant.fallen and float(np.abs(plant.truth().dq).max()) < STANDS
 
 
 def summary(scores: Sequence[TouchScore]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from robot_sim import Plant
 
 Array = np.ndarray
 EVERY = 4  # ticks of 1 ms between samples of the detector
-START, TARE, HOLD, REST = 2.0, 1.0, 1.1, 0.9  # s; a ramp rises within the first 0.5 s
+START, TARE, HOLD, REST = 2.0, 1.0, 0.9, 0.7  # s; a ramp rises within the first 0.5 s
 NOTICEABLE = 5.0  # N, from which the delay of detection counts
 RISE = 0.5  # s
 

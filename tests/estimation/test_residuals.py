@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+
 from estimation.fixed_base_residual import FixedBaseResidual
 from estimation.floating_terms import floating_terms
 from estimation.momentum_filter import MomentumFilter

@@ -1,0 +1,154 @@
+"""All residuals of a robot, with what is valid, their offsets and their thresholds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimation.fixed_base_residual import FixedBaseResidual
+from estimation.quiet_period import Quiet
+from estimation.residual_model import is_measured
+from estimation.residuals import FloatingResiduals
+from robot_model import Robot
+from robot_model.messages import Residuals, SensorFrame
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class ResidualSettings:
+    """Gains in 1/s, floors of the thresholds in N m, N and N m."""
+
+    internal_gain: float = 25.0
+    external_gain: float = 25.0
+    classical: bool = False  # also on the floor, where it is wrong inside (R section II-C)
+    sigmas: float = 6.0
+    internal_floor: float = 0.3  # N m
+    force_floor: float = 2.0  # N
+    moment_floor: float = 0.5  # N m
+    longest_gap: float = 0.05  # s without a sample, after which residuals start again
+
+
+class ResidualBank:
+    """Internal and external residuals where every support is measured, else the classical one.
+
+    On a pole nobody measures the support: the internal and external residuals are then
+    invalid, and the classical residual of a fixed base serves.
+    """
+
+    def __init__(self, robot: Robot, support: str, settings: ResidualSettings):
+        self.robot = robot
+        self.settings = settings
+        n = robot.n
+        self._zero_base = np.zeros(6)
+        self._zero = np.zeros(n)
+        self._fixed = None if is_measured(robot, support) else FixedBaseResidual(robot)
+        self._floating = None if self._fixed else FloatingResiduals(robot, support)
+        self._sensors = [robot.subtrees[robot.subtree_of(f)].ft_in for f in robot.supports[support]]
+        self.configure(settings)
+        self._offset = np.zeros(6 + 2 * n)  # external, internal, classical
+        self._threshold = self._floor()
+        self._flags = (False, False, False)  # external, internal, classical
+        self._stamp: int | None = None
+        self.reason = "no sample yet"
+
+    def configure(self, settings: ResidualSettings) -> None:
+        """Change gains without a jump."""
+        self.settings = settings
+        if self._floating is not None:
+            self._floating.set_gains(settings.internal_gain, settings.external_gain)
+        if self._fixed is not None:
+            self._fixed.set_gain(settings.internal_gain)
+
+    def reset(self) -> None:
+        """Start again from zero with the next sample; offsets stay."""
+        for residual in (self._floating, self._fixed):
+            if residual is not None:
+                residual.reset()
+        self._stamp = None
+
+    def step(self, frame: SensorFrame, stamp: int, up_base: Array | None = None) -> None:
+        """Take one sample; a gap or a lost channel starts the residuals again.
+
+        Args:
+            frame: All channels.
+            stamp: Its time [ns], rising.
+            up_base: Upwards in base axes, (3,) of length one; a fixed base needs it.
+        """
+        period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
+        if period > self.settings.longest_gap:
+            self.reset()
+        self.reason = self._missing(frame, up_base)
+        if self.reason:
+            self._flags = (False, False, False)
+            self.reset()
+            return
+        self._stamp = stamp
+        torque = frame.motor_torque_valid
+        if self._floating is not None:
+            gyro, acc = frame.imu_gyro[0], frame.imu_acc[0]
+            self._floating.step(
+                frame.q, frame.dq, frame.motor_torque, frame.ft, gyro, acc, period
+            )
+            self._flags = (True, torque, torque and self.settings.classical)
+        elif self._fixed is not None and up_base is not None:
+            self._fixed.step(frame.q, frame.dq, frame.motor_torque, up_base, period)
+            self._flags = (False, False, torque)
+
+    def _missing(self, frame: SensorFrame, up_base: Array | None) -> str:
+        """Why there is no residual at all, "" if there is."""
+        robot = self.robot
+        if not frame.joint_valid.all():
+            return f"{robot.joints[int(np.argmin(frame.joint_valid))]} is invalid"
+        if self._fixed is not None:
+            return "" if up_base is not None else "no attitude of the base"
+        if not frame.imu_valid[0]:
+            return f"{robot.imus[0]} is invalid"
+        lost = [robot.ft_sensors[i] for i in self._sensors if not frame.ft_valid[i]]
+        return f"{lost[0]} is invalid" if lost else ""
+
+    @property
+    def values(self) -> Array:
+        """External, internal and classical residual before the tare, (6 + 2 n,)."""
+        if self._floating is not None:
+            sample = self._floating.sample
+            return np.concatenate((sample.external, sample.internal, sample.classical))
+        assert self._fixed is not None
+        return np.concatenate((self._zero_base, self._zero, self._fixed.residual))
+
+    def tare(self, quiet: Quiet) -> None:
+        """Take offsets and thresholds from the statistics of a quiet period."""
+        self._offset = quiet.residual_mean.copy()
+        self._threshold = np.maximum(
+            self._floor(), self.settings.sigmas * quiet.residual_std
+        )
+
+    def message(self) -> Residuals:
+        """Return the residuals after the tare; those that are not valid are zero."""
+        n, values = self.robot.n, self.values - self._offset
+        external, internal, classical = self._flags
+        joint_threshold = self._threshold[6 + n :] if self._fixed else self._threshold[6 : 6 + n]
+        return Residuals(
+            external=values[:6] if external else self._zero_base,
+            internal=values[6 : 6 + n] if internal else self._zero,
+            classical=values[6 + n :] if classical else self._zero,
+            threshold_internal=joint_threshold,
+            threshold_external=self._threshold[:6],
+            valid_external=external,
+            valid_internal=internal,
+            valid_classical=classical,
+        )
+
+    def silent_message(self) -> Residuals:
+        """Return a message that says nothing."""
+        self._flags = (False, False, False)
+        return self.message()
+
+    @property
+    def valid(self) -> bool:
+        """Whether any residual is valid."""
+        return any(self._flags)
+
+    def _floor(self) -> Array:
+        settings = self.settings
+        base = np.repeat([settings.force_floor, settings.moment_floor], 3)
+        return np.concatenate((base, np.full(2 * self.robot.n, settings.internal_floor)))

@@ -1,0 +1,1 @@
+"""Contact detector: residuals, flags per limb, and where the robot is touched."""

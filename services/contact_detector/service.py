@@ -1,0 +1,195 @@
+"""The contact detector: sensor frames in, residuals and contacts out."""
+
+import time
+from typing import Any
+
+import numpy as np
+
+from bus import Node, Pending, Received
+from estimation.contact_detector import ContactDetector
+from estimation.limb_monitor import LimbFlag
+from estimation.localisation import NOWHERE, Localisation
+from estimation.residual_bank import ResidualBank
+from robot_model import Robot, load_robot, ports
+from robot_model.messages import BaseState, Contacts, Residuals, SensorFrame
+from services.contact_detector.config import ContactDetectorConfig
+from services.contact_detector.messages import contacts_message
+from services.contact_detector.taring import Taring
+
+WAIT = 0.01  # s; silence is looked at this often
+COMPLAINT = 0.02  # s between messages while the input is silent
+
+
+def main(node: Node, config: ContactDetectorConfig) -> None:
+    """Watch one robot until asked to stop."""
+    service = ContactService(node, load_robot(config.robot), config)
+    node.ready()
+    while node.running:
+        service.spin()
+
+
+class ContactService:
+    """Moves sensor frames to the mathematics, and what it finds to the ports."""
+
+    def __init__(self, node: Node, robot: Robot, config: ContactDetectorConfig):
+        self._node, self._robot, self._config = node, robot, config
+        self._open_ports()
+        self._build()
+        self._stamp: int | None = None
+        self._next = self._next_location = 0  # stamps, ns
+        self._complained = 0.0
+        self._flags: list[LimbFlag] = []
+        self._located: Localisation = NOWHERE
+        node.verb("tare", self._tare, help="take what the resting robot shows for zero {seconds}")
+        node.verb("calibrate", self._calibrate, help="raise thresholds to a motion {seconds}")
+        node.verb("status", self._status, help="state, tare, thresholds per limb")
+        node.parameters.on_change(self._configure)
+
+    def _open_ports(self) -> None:
+        node, robot = self._node, self._robot
+        common: dict[str, Any] = {"model": robot.model_hash, "dimensions": robot.dimensions}
+        self._sensors = node.input(
+            ports.service_input(robot, node.name, "sensors"),
+            SensorFrame,
+            source=self._source("sensors"),
+            depth=64,
+            rate=ports.rate("sensors"),
+            **common,
+        )
+        self._base = node.input(
+            ports.service_input(robot, node.name, "base"),
+            BaseState,
+            source=self._source("base"),
+            rate=ports.rate("base"),
+        )
+        rate = self._config.rate
+        self._residuals = node.output(
+            ports.name("residuals", robot), Residuals, rate=rate, **common
+        )
+        self._contacts = node.output(ports.name("contacts", robot), Contacts, rate=rate)
+
+    def _source(self, key: str) -> str:
+        return self._config.inputs.get(key, ports.name(key, self._robot))
+
+    def _build(self) -> None:
+        """Make the mathematics anew, as after a change of the support."""
+        config, robot = self._config, self._robot
+        self.detector = ContactDetector(robot, config.support, config.detector_settings())
+        self._bank = ResidualBank(robot, config.support, config.residual_settings())
+        self._taring = Taring(self.detector, self._bank, config.tare)
+
+    def spin(self) -> None:
+        """Wait for frames and work off all that came."""
+        self._node.wait(WAIT)
+        while (received := self._sensors.read()) is not None:
+            self._take(received)
+            if self._config.lockstep:
+                self._node.acknowledge(received.envelope.stamp)
+        if not self._sensors.fresh:
+            self._complain(self._sensors.reason)
+
+    def _take(self, received: Received) -> None:
+        frame, envelope = received.data, received.envelope
+        if not envelope.valid:
+            self._complain(envelope.reason or "the sensor frame is invalid")
+            return
+        stamp = envelope.stamp
+        if self._stamp is None or stamp <= self._stamp:
+            self._restart()
+        self._stamp = stamp
+        self._bank.step(frame, stamp, self._up_base())
+        if stamp >= self._next:
+            period = round(1e9 / self._config.rate)
+            self._next = max(self._next + period, stamp + period // 2)
+            self._detect(frame, stamp)
+            self._publish(received)
+
+    def _restart(self) -> None:
+        """The stamps jumped back: what was remembered belongs to another run."""
+        self.detector.reset()
+        self._bank.reset()
+        self._next = self._next_location = 0
+        self._located = NOWHERE
+
+    def _up_base(self) -> np.ndarray | None:
+        """Upwards in base axes by the base estimator, None when that is not known."""
+        if self._config.support == "floor":
+            return None
+        self._base.newest()
+        latest = self._base.latest
+        if latest is None or not self._base.fresh or not latest.envelope.valid:
+            return None
+        w, x, y, z = latest.data.quat_wxyz
+        return np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+
+    def _detect(self, frame: SensorFrame, stamp: int) -> None:
+        self._flags = self.detector.step(frame, stamp)
+        self._taring.add(frame, stamp)
+        if not self.detector.touched or not self.detector.tared:
+            self._located, self._next_location = NOWHERE, 0
+        elif stamp >= self._next_location:
+            self._located = self.detector.locate(frame)
+            self._next_location = stamp + round(1e9 / self._config.locate_rate)
+
+    def _publish(self, received: Received) -> None:
+        bank, like = self._bank, received.envelope
+        self._residuals.write(bank.message(), like=like, valid=bank.valid, reason=bank.reason)
+        reason = self._doubt()
+        if reason:
+            self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
+        else:
+            self._contacts.write(contacts_message(self._flags, self._located), like=like)
+
+    def _doubt(self) -> str:
+        """Why nothing is said about contacts."""
+        if not self.detector.tared:
+            return self._taring.waits
+        judged = [flag for flag in self._flags if flag.valid]
+        return "" if judged else next((flag.reason for flag in self._flags), "no sample")
+
+    def _complain(self, reason: str) -> None:
+        """Say at 50 Hz that nothing is known, with the last stamp."""
+        now = time.monotonic()
+        if now - self._complained < COMPLAINT:
+            return
+        self._complained = now
+        latest = self._sensors.latest
+        like = latest.envelope if latest is not None else None
+        self._bank.reset()
+        silent = self._bank.silent_message()
+        self._residuals.write(silent, like=like, valid=False, reason=reason)
+        self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
+
+    def _nothing(self, reason: str) -> Contacts:
+        limbs = self.detector.monitor.limbs
+        flags = [LimbFlag(limb, "none", 0.0, 0, 0.0, False, reason) for limb in limbs]
+        return contacts_message(flags, NOWHERE)
+
+    def _tare(self, seconds: float = 1.0) -> Pending:
+        return self._taring.request(seconds, self._taring.tare)
+
+    def _calibrate(self, seconds: float = 5.0) -> Pending:
+        return self._taring.request(seconds, self._taring.calibrate)
+
+    def _configure(self, old: ContactDetectorConfig, new: ContactDetectorConfig) -> None:
+        if new.support not in self._robot.supports:
+            known = ", ".join(self._robot.supports)
+            raise ValueError(f"{self._robot.name} has no support '{new.support}'; it has: {known}")
+        self._config = new
+        if new.support != old.support or new.noise != old.noise or new.tare != old.tare:
+            self._build()
+            self._restart()
+        else:
+            self._bank.configure(new.residual_settings())
+            self.detector.configure(new.detector_settings())
+
+    def _status(self) -> dict[str, Any]:
+        """Return the state of service, tare and thresholds."""
+        monitor = self.detector.monitor
+        thresholds = dict(zip(monitor.limbs, monitor.threshold.tolist(), strict=True))
+        return {
+            **self._node.status(),
+            "support": self._config.support,
+            "tared": self.detector.tared,
+            "thresholds": thresholds,
+        }
