@@ -69,6 +69,11 @@ class GravityCompensator:
         self._boxes = [sole_box(self._robot.soles.get(name)) for name in self.supports]
         self.reset()
 
+    @property
+    def shares(self) -> np.ndarray:
+        """Present share (s,) of each support in the load."""
+        return self._sharing.shares
+
     def reset(self) -> None:
         """Forget how the load was shared."""
         self._sharing = LoadSharing(len(self.supports), self._time_constant)

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pinocchio as pin
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -47,3 +48,9 @@ def rotation_of(quat_wxyz: np.ndarray) -> np.ndarray:
 def wrap(angle: float) -> float:
     """Return an angle [rad] in (-pi, pi]."""
     return float(np.arctan2(np.sin(angle), np.cos(angle)))
+
+
+def quaternion_of(rotation: np.ndarray) -> np.ndarray:
+    """Return the unit quaternion wxyz (4,) of a rotation matrix (3, 3)."""
+    x, y, z, w = pin.Quaternion(rotation).normalized().coeffs()
+    return np.array([w, x, y, z])

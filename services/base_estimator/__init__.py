@@ -1,0 +1,1 @@
+"""Base estimator: pose and velocity of the base link."""

@@ -1,0 +1,14 @@
+"""Run the base estimator: ``python -m services.base_estimator``."""
+
+from bus.service import serve
+from robot_model import load_robot, ports
+from services.base_estimator.config import BaseEstimatorConfig
+from services.base_estimator.service import main
+
+serve(
+    main,
+    BaseEstimatorConfig,
+    name="base_estimator",
+    package=__package__,
+    clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
+)

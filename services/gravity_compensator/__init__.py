@@ -1,0 +1,1 @@
+"""Gravity compensator: joint torques that hold the robot against gravity."""

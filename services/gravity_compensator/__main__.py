@@ -1,0 +1,14 @@
+"""Run the gravity compensator: ``python -m services.gravity_compensator``."""
+
+from bus.service import serve
+from robot_model import load_robot, ports
+from services.gravity_compensator.config import GravityCompensatorConfig
+from services.gravity_compensator.service import main
+
+serve(
+    main,
+    GravityCompensatorConfig,
+    name="gravity_compensator",
+    package=__package__,
+    clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
+)

@@ -1,0 +1,13 @@
+"""Settings of the gravity compensator."""
+
+from pydantic import Field
+
+from robot_model.service_config import RobotServiceConfig
+
+
+class GravityCompensatorConfig(RobotServiceConfig):
+    """Settings of the gravity compensator; ``config.yaml`` gives reasons."""
+
+    rate: float = Field(default=100.0, gt=0.0, le=1000.0)  # Hz
+    sharing_time: float = Field(default=0.25, ge=0.0)  # s
+    inputs: dict[str, str] = {}

@@ -1,0 +1,1 @@
+"""Torque observer: joint torques and external wrenches from force/torque sensors."""

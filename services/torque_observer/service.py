@@ -1,0 +1,216 @@
+"""The torque observer: sensor frames in, torques and wrenches out."""
+
+import logging
+import time
+from typing import Any
+
+import numpy as np
+
+from bus import Node, Pending, Received
+from bus.envelope import Envelope
+from estimation.dependencies import ChannelDependencies, Validity
+from estimation.observer_covariance import ObserverNoise, propagate
+from estimation.tare import RestingAverage, RestingMean, StillnessLimits, Tare, TareResult
+from estimation.torque_observer import Estimate, TorqueObserver
+from robot_model import Robot, load_robot, ports
+from robot_model.messages import (
+    ContactPoints,
+    ExternalWrenches,
+    FtPrediction,
+    JointTorques,
+    SensorFrame,
+)
+from services.torque_observer.config import TorqueObserverConfig
+from services.torque_observer.messages import Composer
+from services.torque_observer.taring import Taring
+
+logger = logging.getLogger(__name__)
+
+WAIT = 0.01  # s; silence is looked at this often
+COMPLAINT = 0.02  # s between messages while the input is silent
+
+
+def main(node: Node, config: TorqueObserverConfig) -> None:
+    """Observe one robot until asked to stop."""
+    service = ObserverService(node, load_robot(config.robot), config)
+    node.ready()
+    while node.running:
+        service.spin()
+
+
+class ObserverService:
+    """Moves sensor frames to the observer, and what it finds to the ports."""
+
+    def __init__(self, node: Node, robot: Robot, config: TorqueObserverConfig):
+        self._node, self._robot, self._config = node, robot, config
+        self._observer = TorqueObserver(robot, config.support)
+        self._composer = Composer(self._observer)
+        self._taring = Taring()
+        self._last: Envelope | None = None
+        self._complained = 0.0  # s
+        self._touch_error = ""
+        self._open_ports()
+        self._follow_contacts()
+        self._nothing = self._observer.step(*_still(robot))
+        node.verb("tare", self.tare, help="take off what the resting robot's F/T sensors misread")
+        node.verb("status", self.status, help="state, contacts, offsets")
+        node.parameters.on_change(self._configure)
+
+    def _open_ports(self) -> None:
+        node, robot, sources = self._node, self._robot, self._config.inputs
+        common: dict[str, Any] = {"model": robot.model_hash, "dimensions": robot.dimensions}
+        self._sensors = node.input(
+            ports.service_input(robot, node.name, "sensors"),
+            SensorFrame,
+            source=sources.get("sensors", ports.name("sensors", robot)),
+            depth=64,
+            rate=ports.rate("sensors"),
+            **common,
+        )
+        points = ports.name("contact_points", robot)
+        self._points = node.input(points, ContactPoints, sources.get("contact_points", ()))
+        sizes = {**common, "dimensions": {**robot.dimensions, "s": len(robot.subtrees)}}
+        self._torques, self._wrenches, self._predictions = (
+            node.output(ports.name(key, robot), kind, rate=ports.rate(key), **sizes)
+            for key, kind in (
+                ("torques", JointTorques),
+                ("wrenches", ExternalWrenches),
+                ("ft_prediction", FtPrediction),
+            )
+        )
+
+    def spin(self) -> None:
+        """Wait for one frame at most, and answer all that came."""
+        self._node.wait(WAIT)
+        if (points := self._points.newest()) is not None:
+            self._touch(points.data)
+        while (sample := self._sensors.read()) is not None:
+            self._observe(sample)
+        if not self._sensors.fresh:
+            self._complain()
+        self._taring.watch()
+
+    def _observe(self, sample: Received) -> None:
+        frame, envelope = sample.data, sample.envelope
+        if self._last is not None and envelope.stamp < self._last.stamp:
+            self._taring.abandon("the clock jumped back")
+        self._last = envelope
+        if not envelope.valid:
+            self._write_nothing(envelope.reason)
+        else:
+            validity = self._dependencies.validity(
+                frame.joint_valid, frame.ft_valid, frame.imu_valid
+            )
+            self._write(self._step(frame), validity, envelope)
+            if self._taring.active and validity.complete:
+                self._taring.add(frame, envelope.stamp)
+            if not 0 <= envelope.stamp - self._uncertain_since < self._uncertainty_age:
+                self._refresh_uncertainty(frame.q, envelope.stamp)
+        self._node.acknowledge(envelope.stamp)
+
+    def _step(self, frame: SensorFrame) -> Estimate:
+        imu = frame.imu_gyro[0], frame.imu_acc[0], frame.imu_dgyro[0]
+        return self._observer.step(frame.q, frame.dq, frame.ddq, frame.ft, *imu)
+
+    def _write(self, estimate: Estimate, validity: Validity, like: Envelope) -> None:
+        """Write torques, and what costs more only where somebody listens."""
+        torques = self._composer.torques(estimate, self._uncertainty, validity)
+        if validity.complete:
+            self._torques.write(torques, like=like)
+        else:
+            self._judge(self._torques, torques, validity.torque, validity, like)
+        if self._wrenches.matched:
+            wrenches = self._composer.wrenches(estimate, self._uncertainty, validity)
+            self._judge(self._wrenches, wrenches, validity.subtree, validity, like)
+        if self._predictions.matched:
+            prediction = self._composer.prediction(estimate, validity)
+            self._judge(self._predictions, prediction, validity.prediction, validity, like)
+
+    @staticmethod
+    def _judge(output: Any, data: Any, valid: np.ndarray, validity: Validity, like: Any) -> None:
+        """A message with at least one valid entry is valid; its flags tell which."""
+        whole = validity.complete or bool(valid.any())
+        output.write(data, like=like, valid=whole, reason="" if whole else validity.reason)
+
+    def _complain(self) -> None:
+        now = time.monotonic()
+        if now - self._complained >= COMPLAINT:
+            self._complained = now
+            self._write_nothing(self._sensors.reason)
+
+    def _write_nothing(self, reason: str) -> None:
+        robot = self._robot
+        sizes = robot.n, len(robot.subtrees), len(robot.ft_sensors)
+        lost = Validity(*(np.zeros(size, dtype=bool) for size in sizes), False, reason)
+        for output, data in (
+            (self._torques, self._composer.torques(self._nothing, self._uncertainty, lost)),
+            (self._wrenches, self._composer.wrenches(self._nothing, self._uncertainty, lost)),
+            (self._predictions, self._composer.prediction(self._nothing, lost)),
+        ):
+            output.write(data, like=self._last, valid=False, reason=reason)
+
+    def _touch(self, points: ContactPoints) -> None:
+        """Move the contacts; points that cannot be told apart leave them as they are."""
+        try:
+            self._observer.set_contacts(zip(points.link, points.point, strict=True))
+        except (LookupError, ValueError) as error:
+            self._touch_error = str(error)
+            logger.warning("%s: %s", self._points.name, error)
+        else:
+            self._touch_error = ""
+            self._follow_contacts()
+
+    def _follow_contacts(self) -> None:
+        """Bring up to date what depends on where the contacts are."""
+        self._composer.prepare()
+        self._dependencies = ChannelDependencies(self._observer.graph)
+        self._uncertainty_age = int(self._config.uncertainty_period * 1e9)
+        self._refresh_uncertainty(self._robot.home, -1)
+
+    def _refresh_uncertainty(self, q: np.ndarray, stamp: int) -> None:
+        noise = ObserverNoise(**self._config.noise.model_dump())
+        self._uncertainty = propagate(self._observer, noise, q)
+        self._uncertain_since = stamp
+
+    def _configure(self, old: TorqueObserverConfig, new: TorqueObserverConfig) -> None:
+        fixed = ("robot", "lockstep", "inputs")
+        if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
+            raise ValueError(f"{changed[0]} cannot be changed while the service runs")
+        self._config = new
+        if new.support != old.support:
+            self._taring.abandon(f"the support is now '{new.support}'")
+            self._observer.set_contacts(support=new.support)
+        self._follow_contacts()
+
+    def tare(self, seconds: float = 1.0) -> Pending:
+        """Tare the sensors while the robot rests and only its supports touch it."""
+        c = self._config.tare
+        limits = StillnessLimits(c.joint_velocity, c.joint_travel, c.angular_velocity)
+        average = RestingAverage(self._robot.joints, limits)
+        return self._taring.begin(float(seconds), average, self._solve_tare)
+
+    def _solve_tare(self, rest: RestingMean) -> TareResult:
+        c, observer = self._config.tare, self._observer
+        solver = Tare(observer.graph, c.force_bias, c.moment_bias)
+        result = solver.solve(rest, observer.support, observer.offset)
+        observer.offset = result.offset
+        return result
+
+    def status(self) -> dict[str, Any]:
+        """Return the state of the service and what it assumes."""
+        names = self._robot.ft_sensors
+        contacts = [[c.frame, c.kind, *c.point.tolist()] for c in self._observer.contacts]
+        return {
+            **self._node.status(),
+            "support": self._observer.support,
+            "contacts": contacts,
+            "contact_error": self._touch_error,
+            "offset": dict(zip(names, self._observer.offset.tolist(), strict=True)),
+            "taring": self._taring.active,
+        }
+
+
+def _still(robot: Robot) -> tuple[np.ndarray, ...]:
+    """Arguments of an observer step at home posture, whose results are never shown."""
+    n, k = robot.n, len(robot.ft_sensors)
+    return robot.home, np.zeros(n), np.zeros(n), np.zeros((k, 6)), *np.zeros((3, 3))

@@ -1,0 +1,80 @@
+"""The tare on demand: collects resting samples, then answers the caller."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from bus import Pending
+from estimation.tare import MovingError, RestingAverage, RestingMean, TareResult
+from robot_model.messages import SensorFrame
+
+PATIENCE = 3.0  # s of wall time beyond the asked ones, then the frames are missing
+
+Solve = Callable[[RestingMean], TareResult]
+
+
+class Taring:
+    """One tare at a time."""
+
+    def __init__(self) -> None:
+        self._pending: Pending | None = None
+
+    def begin(self, seconds: float, average: RestingAverage, solve: Solve) -> Pending:
+        """Collect for some seconds of the frames' time, then answer with what ``solve`` finds.
+
+        Raises:
+            ValueError: A meaningless duration.
+            RuntimeError: A tare is running already.
+        """
+        if not 0.05 <= seconds <= 60.0:
+            raise ValueError(f"seconds must lie between 0.05 and 60, got {seconds}")
+        if self._pending is not None:
+            raise RuntimeError("a tare is running already")
+        self._average, self._solve = average, solve
+        self._nanoseconds, self._end = int(seconds * 1e9), 0
+        self._deadline = time.monotonic() + 2.0 * seconds + PATIENCE
+        self._pending = Pending()
+        return self._pending
+
+    @property
+    def active(self) -> bool:
+        return self._pending is not None
+
+    def add(self, frame: SensorFrame, stamp: int) -> None:
+        """Take one complete frame."""
+        if self._end == 0:
+            self._end = stamp + self._nanoseconds
+        self._average.add(frame.q, frame.dq, frame.ft, frame.imu_gyro[0], frame.imu_acc[0])
+        if stamp >= self._end:
+            self._finish()
+
+    def abandon(self, reason: str) -> None:
+        """End an unfinished tare with an error."""
+        if self._pending is not None:
+            pending, self._pending = self._pending, None
+            pending.fail(reason)
+
+    def watch(self) -> None:
+        """Give up when complete frames stay away."""
+        if self._pending is not None and time.monotonic() > self._deadline:
+            self.abandon("too few complete sensor frames came; see the status of sensor_server")
+
+    def _finish(self) -> None:
+        assert self._pending is not None
+        pending, self._pending = self._pending, None
+        try:
+            result = self._solve(self._average.mean())
+        except MovingError as error:
+            pending.fail(f"not tared: {error}")
+        else:
+            pending.reply(_reply(result))
+
+
+def _reply(result: TareResult) -> dict[str, Any]:
+    return {
+        "tared": list(result.tared),
+        "relative": [list(group) for group in result.relative],
+        "unobservable": list(result.unobservable),
+        "offset": result.offset.tolist(),
+        "message": result.message,
+    }
