@@ -46,6 +46,8 @@ def port_info(node: Node, name: str, timeout: float = 2.0) -> dict[str, Any]:
     deadline = time.monotonic() + timeout
     while not request.done and time.monotonic() < deadline:
         request.wait(0.1)
+    if not request.done:
+        return _entry(token) | {"error": f"no answer within {timeout:g} s; is it stopped?"}
     try:
         return _entry(token) | result_of(request, name, "info", timeout)
     except RpcError as error:

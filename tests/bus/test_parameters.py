@@ -1,0 +1,81 @@
+"""Live settings."""
+
+import pytest
+from pydantic import BaseModel, ConfigDict, Field
+
+from bus.configuration import ConfigurationError, load
+from bus.parameters import Parameters
+
+
+class Inner(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    gain: float = Field(1.0, ge=0.0)
+
+
+class Outer(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    name: str = "arm"
+    inner: Inner = Inner()
+    joints: list[str] = []
+
+
+def test_settings_have_dotted_names():
+    parameters = Parameters(Outer())
+    assert parameters.handle("list") == {"name": "arm", "inner.gain": 1.0, "joints": []}
+    assert parameters.handle("set", "inner.gain", 4) == 4.0
+    assert parameters.value.inner.gain == 4.0
+    assert parameters.handle("get", "inner") == {"gain": 4.0}
+
+
+def test_a_wrong_value_changes_nothing():
+    parameters = Parameters(Outer())
+    with pytest.raises(ValueError, match="inner.gain: Input should be greater than or equal to 0"):
+        parameters.set("inner.gain", -1)
+    with pytest.raises(LookupError, match="unknown parameter 'inner.gian'.*inner.gain"):
+        parameters.set("inner.gian", 1)
+    with pytest.raises(ValueError, match="expected action list, get or set, got 'drop'"):
+        parameters.handle("drop")
+    assert parameters.value == Outer()
+
+
+def test_listeners_hear_of_a_change_and_may_refuse_it():
+    parameters, heard = Parameters(Outer()), []
+
+    def listen(old, new):
+        heard.append((old.name, new.name))
+        if new.name == "bad":
+            raise ValueError("not that one")
+
+    parameters.on_change(listen)
+    parameters.set("name", "leg")
+    with pytest.raises(ValueError, match="not that one"):
+        parameters.set("name", "bad")
+    assert heard == [("arm", "leg"), ("leg", "bad")]
+    assert parameters.value.name == "leg"
+
+
+def test_layers_of_settings_lie_over_each_other(tmp_path):
+    file = tmp_path / "x.yaml"
+    file.write_text("name: leg\ninner: {gain: 2}\n")
+    settings = load(Outer, None, file, ["inner.gain=3", "joints=[a, b]"])
+    assert settings == Outer(name="leg", inner=Inner(gain=3.0), joints=["a", "b"])
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        (
+            "gain: 1\n",
+            "x.yaml: gain: unknown key .did you mean inner.gain.*; there are: name, inner.gain",
+        ),
+        ("inner: {gian: 1}\n", "x.yaml: inner.gian: unknown key"),
+        ("inner: {gain: x}\n", "x.yaml: inner.gain: Input should be a valid number.*got 'x'"),
+        ("- 1\n", "x.yaml: expected KEY: VALUE lines"),
+        ("name: [\n", "x.yaml: while parsing"),
+    ],
+)
+def test_a_fault_names_file_key_and_what_exists(tmp_path, text, complaint):
+    file = tmp_path / "x.yaml"
+    file.write_text(text)
+    with pytest.raises(ConfigurationError, match=complaint):
+        load(Outer, None, file)
