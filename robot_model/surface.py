@@ -5,6 +5,7 @@
 
 import hashlib
 import sys
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -30,7 +31,7 @@ class Surface:
         self._key = key
         self.bodies: tuple[Body, ...] = _unpack(robot, self._cached("meshes", self._pack_meshes))
 
-    def _cached(self, kind: str, build) -> Arrays:  # type: ignore[no-untyped-def]
+    def _cached(self, kind: str, build: Callable[[], Arrays]) -> Arrays:
         return cached(f"{self._robot.name}-{kind}-{self._key}", build)
 
     def _pack_meshes(self) -> Arrays:

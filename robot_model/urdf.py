@@ -135,9 +135,10 @@ def read_urdf(path: Path) -> Urdf:
         links = {link.name: link for link in map(_link, root.findall("link"))}
         joints = {joint.name: joint for joint in map(_joint, root.findall("joint"))}
         urdf = Urdf(path, links, joints, _ft_elements(root))
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        problem = f"malformed URDF: {type(error).__name__}: {error}"
-        raise DescriptionError(str(path), [problem]) from None
+    except KeyError as error:
+        raise DescriptionError(str(path), [f"malformed URDF: no attribute {error}"]) from None
+    except ValueError as error:
+        raise DescriptionError(str(path), [f"malformed URDF: {error}"]) from None
     if problems := _not_a_tree(root, urdf):
         raise DescriptionError(str(path), problems)
     return urdf
@@ -165,6 +166,13 @@ def _vector(text: str | None, default: str = "0 0 0") -> np.ndarray:
     return values
 
 
+def _child(element: ElementTree.Element, tag: str) -> ElementTree.Element:
+    child = element.find(tag)
+    if child is None:
+        raise ValueError(f"<{element.tag}> '{element.get('name', '')}' has no <{tag}>")
+    return child
+
+
 def _placement(element: ElementTree.Element | None) -> pin.SE3:
     if element is None:
         return pin.SE3.Identity()
@@ -181,10 +189,10 @@ def _link(element: ElementTree.Element) -> Link:
 
 
 def _inertia(element: ElementTree.Element) -> pin.Inertia | None:
-    mass = float(element.find("mass").attrib["value"])  # type: ignore[union-attr]
+    mass = float(_child(element, "mass").attrib["value"])
     if mass == 0.0:
         return None
-    moments = element.find("inertia").attrib  # type: ignore[union-attr]
+    moments = _child(element, "inertia").attrib
     xx, xy, xz, yy, yz, zz = (float(moments["i" + key]) for key in "xx xy xz yy yz zz".split())
     about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     return _placement(element.find("origin")).act(pin.Inertia(mass, np.zeros(3), about_com))
@@ -207,8 +215,8 @@ def _joint(element: ElementTree.Element) -> Joint:
     return Joint(
         name=element.attrib["name"],
         type=element.attrib["type"],
-        parent=element.find("parent").attrib["link"],  # type: ignore[union-attr]
-        child=element.find("child").attrib["link"],  # type: ignore[union-attr]
+        parent=_child(element, "parent").attrib["link"],
+        child=_child(element, "child").attrib["link"],
         origin=_placement(element.find("origin")),
         axis=axis / (np.linalg.norm(axis) or 1.0),  # files write 0 0 0 on fixed joints
         lower=float(limits.get("lower", 0.0)) if bounded else -np.inf,

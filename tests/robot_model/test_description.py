@@ -193,6 +193,8 @@ def test_an_inertia_that_no_body_has_is_refused(variant):
 def test_an_unreadable_urdf_is_one_clear_line(variant, tmp_path):
     assert "cannot read the URDF" in refused(variant, urdf=[("</robot>", "")])
     assert "malformed URDF" in refused(variant, urdf=[('value="3.0"', 'value="heavy"')])
+    assert "no attribute 'value'" in refused(variant, urdf=[('<mass value="3.0"', "<mass")])
+    assert "'slide' has no <child>" in refused(variant, urdf=[('<child link="stick"/>', "")])
     lost = [('<child link="tool"/>', '<child link="tol"/>')]
     assert "names an unknown link 'tol'" in refused(variant, urdf=lost)
     (tmp_path / "arm.urdf").unlink()

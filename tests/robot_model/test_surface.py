@@ -79,7 +79,7 @@ def test_a_face_behind_another_is_seen_from_one_side_only():
     grid = np.mgrid[0:0.2:0.0025, 0:0.2:0.0025].reshape(2, -1).T
     sheets = [np.c_[grid, np.full(len(grid), z)] for z in (0.0, 0.05)]
     points = np.concatenate(sheets).astype(np.float32)
-    normals = np.tile(np.float32([0.0, 0.0, 1.0]), (len(points), 1))
+    normals = np.tile(np.array([0.0, 0.0, 1.0], dtype=np.float32), (len(points), 1))
     shares = visible_shares(points, normals)
     middle = np.all(np.abs(points[:, :2] - 0.1) < 0.02, axis=1)
     lower, upper = middle & (points[:, 2] == 0.0), middle & (points[:, 2] > 0.0)
