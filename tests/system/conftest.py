@@ -26,5 +26,7 @@ def stack(shared_stack: Stack) -> Iterator[Stack]:
     """The shared stack, whole before and after the test."""
     shared_stack.assert_running()
     yield shared_stack
-    shared_stack.assert_running()
-    shared_stack.await_whole()
+    try:
+        shared_stack.assert_running()
+    finally:
+        shared_stack.mend()

@@ -13,7 +13,10 @@ OF_TYPE = {"bool": True, "int": 1, "float": 0.0, "str": "position", "list": [], 
 
 def message(info: Info, dimensions: Mapping[str, int], model: str, **changes: Any) -> bytes:
     """Return a message for a port; ``value`` fills arrays, ``extra`` lengthens the first axis."""
-    sizes = {**dimensions, **{letter: 2 for letter in "cps" if letter not in dimensions}}
+    sizes: dict[Any, int] = {
+        **dimensions,
+        **{letter: 2 for letter in "cps" if letter not in dimensions},
+    }
     value, extra = changes.get("value", 0.0), changes.get("extra", 0)
     scalars: dict[str, Any] = {}
     layout: list[list[Any]] = []
@@ -32,7 +35,9 @@ def message(info: Info, dimensions: Mapping[str, int], model: str, **changes: An
     now = time.time_ns()
     type_name = changes.get("type", info["type"])
     head = [type_name, bytes(16), 0, 1, 1, 0, now, now, True, "", model]
-    return msgpack.packb([*head, scalars, layout, block])
+    packed = msgpack.packb([*head, scalars, layout, block])
+    assert packed is not None
+    return packed
 
 
 def bad_messages(info: Info, dimensions: Mapping[str, int], model: str) -> dict[str, bytes]:
@@ -59,7 +64,7 @@ def bad_messages(info: Info, dimensions: Mapping[str, int], model: str) -> dict[
     return bad
 
 
-def _product(shape: list[int]) -> int:
+def _product(shape: list[Any]) -> int:
     result = 1
     for size in shape:
         result *= size

@@ -118,6 +118,16 @@ class Stack:
         """Let a suspended process go on."""
         self.processes[name].send(signal.SIGCONT)
 
+    def mend(self) -> None:
+        """Resume and restart what a test left suspended or ended, and wait for a whole stack."""
+        for name, process in self.processes.items():
+            if process.popen.poll() is None:
+                self.resume(name)
+            else:
+                self.start(name)
+        self.await_ready(self.processes)
+        self.await_whole()
+
     @property
     def pids(self) -> dict[str, int]:
         """Process of each service."""
@@ -175,7 +185,7 @@ class Stack:
             return False
 
     def until(
-        self, predicate: Callable[[], T], what: Callable[[], str], timeout: float = PATIENCE
+        self, predicate: Callable[[], T | None], what: Callable[[], str], timeout: float = PATIENCE
     ) -> T:
         """Return the first true value; fail with ``what()`` and what the processes wrote."""
         deadline = time.monotonic() + timeout

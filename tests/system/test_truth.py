@@ -1,0 +1,136 @@
+"""Over the bus, with ideal sensors, the estimates are what the plant knows."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bus import Node
+from bus.introspection import list_ports
+from robot_model import Robot, messages, ports
+from robot_model.messages import ExternalWrenches, GroundTruth, JointTorques
+from tests.system.stack import Stack
+
+pytestmark = pytest.mark.system
+FORCE_WORLD = np.array([0.0, 6.0, -8.0])  # N
+STILL = 5e-3  # rad/s
+TOLERANCE = np.array([0.2] * 3 + [0.05] * 3)  # N, N m
+
+
+class Sample(NamedTuple):
+    """What is known and what is estimated of one stamp."""
+
+    truth: GroundTruth
+    wrenches: ExternalWrenches
+    torques: JointTorques
+
+
+class Samples:
+    """Joins truth and estimates by stamp."""
+
+    def __init__(self, node: Node, robot: Robot):
+        self._ports = {key: _listen(node, robot, key) for key in ("truth", "wrenches", "torques")}
+        self._samples: dict[str, dict[int, Any]] = {key: {} for key in self._ports}
+
+    def take(self, when: Callable[[GroundTruth], bool]) -> Sample | None:
+        """Return a new sample whose truth satisfies ``when``, or None."""
+        for key, port in self._ports.items():
+            while (received := port.read()) is not None:
+                if received.envelope.valid:
+                    self._samples[key][received.envelope.stamp] = received.data
+        truth, wrenches, torques = self._samples.values()
+        stamps = [
+            stamp for stamp in set(truth) & set(wrenches) & set(torques) if when(truth[stamp])
+        ]
+        return Sample(*(s[max(stamps)] for s in (truth, wrenches, torques))) if stamps else None
+
+
+def _listen(node: Node, robot: Robot, key: str):
+    return node.input(
+        f"/truth_observer/{key}:i",
+        getattr(messages, ports.port(key).message),
+        source=ports.name(key, robot),
+        depth=1000,
+        model=robot.model_hash,
+        dimensions=robot.dimensions,
+    )
+
+
+@pytest.fixture
+def samples(stack: Stack) -> Iterator[Samples]:
+    with Node("truth_observer", connect=stack.endpoint, signals=False) as node:
+        samples = Samples(node, stack.robot)
+        node.ready()
+        yield samples
+
+
+def world_from(robot: Robot, truth: GroundTruth, frame: str) -> np.ndarray:
+    """Return R_world_frame of the true posture."""
+    tree = robot.tree
+    data = tree.model.createData()
+    w, x, y, z = truth.base_quat_wxyz
+    base = pin.SE3(pin.Quaternion(w, x, y, z).matrix(), truth.base_position)
+    pin.framesForwardKinematics(tree.model, data, tree.configuration(truth.q, base))
+    return data.oMf[tree.frame_id(frame)].rotation
+
+
+def is_pushed_and_still(truth: GroundTruth) -> bool:
+    pushed = any(np.linalg.norm(push["force_world"]) > 9.99 for push in truth.pushes)
+    return bool(pushed and np.abs(truth.dq).max() < STILL)
+
+
+def assert_supports_are_true(sample: Sample) -> None:
+    for frame, wrench in zip(sample.truth.support_frames, sample.truth.support_wrench, strict=True):
+        index = sample.wrenches.frame.index(frame)
+        assert sample.wrenches.kind[index] == "support" and sample.wrenches.valid[index]
+        assert (np.abs(sample.wrenches.wrench[index] - wrench) < TOLERANCE).all(), frame
+
+
+@pytest.mark.parametrize("subtree", ["root", "l_arm", "r_arm", "l_leg", "r_leg"])
+def test_wrenches_and_torques_are_true_while_a_default_contact_is_pushed(
+    stack: Stack, samples: Samples, subtree: str
+):
+    robot = stack.robot
+    frame = next(s.default_frame for s in robot.subtrees if s.name == subtree)
+    link, link_m_frame = robot.frame(frame)
+    push = stack.simulate(
+        "push",
+        link=link,
+        point=link_m_frame.translation.tolist(),
+        force=FORCE_WORLD.tolist(),
+        frame="world",
+        profile="ramp",
+    )
+    try:
+        sample = stack.until(
+            lambda: samples.take(
+                lambda truth: (
+                    bool(truth.pushes)
+                    and np.linalg.norm(truth.pushes[0]["force_world"]) > 9.99
+                    and np.abs(truth.dq).max() < STILL
+                )
+            ),
+            lambda: "the pushed robot does not come to rest",
+        )
+    finally:
+        stack.simulate("release", push_id=push["push_id"])
+    index = sample.wrenches.frame.index(frame)
+    expected = np.zeros(6)
+    expected[:3] = world_from(robot, sample.truth, frame).T @ FORCE_WORLD
+    assert sample.wrenches.valid[index]
+    assert (np.abs(sample.wrenches.wrench[index] - expected) < TOLERANCE).all()
+    assert sample.torques.valid.all()
+    np.testing.assert_allclose(sample.torques.torque, sample.truth.link_torque, atol=0.05)
+    assert_supports_are_true(sample)
+
+
+def test_only_the_page_reads_the_truth(stack: Stack):
+    truth = ports.name("truth", stack.robot)
+    readers = {
+        port["owner"]["service"]
+        for port in list_ports(stack.node)
+        if truth in port["sources"] and port["owner"]["service"] != "observer"
+    }
+    assert readers <= {"dashboard"}
