@@ -77,7 +77,9 @@ class BaseService:
             return
         dt = 1e-9 * (envelope.stamp - self._estimated)
         self._estimated = envelope.stamp
-        estimate = self._estimator.step(self._sample(frame), dt if dt <= LONGEST_STEP else 0.0)
+        estimate = self._estimator.step(
+            self._sample(frame), dt if 0.0 < dt <= LONGEST_STEP else 0.0
+        )
         self._reason = estimate.reason
         if estimate.reason:
             self._write_nothing(estimate.reason)

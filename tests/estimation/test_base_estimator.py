@@ -34,7 +34,7 @@ def sample(plant: Plant, orientation: bool = True) -> BaseSample:
     raw = plant.raw()
     return BaseSample(
         q=raw.q,
-        dq=plant.dq,
+        dq=plant.truth().dq,
         ft=raw.ft,
         gyro=raw.imu_gyro[0],
         acc=raw.imu_acc[0],

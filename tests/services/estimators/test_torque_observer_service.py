@@ -1,0 +1,117 @@
+"""The torque observer as a process."""
+
+import numpy as np
+import pytest
+
+from bus import Node, RpcError
+from robot_model import load_robot, ports
+from robot_model.messages import ContactPoints
+from robot_sim import Plant
+from tests.services.estimators.feed import Feed, says
+
+ROBOT = load_robot("icub")
+
+
+@pytest.fixture
+def feed(node: Node, start) -> Feed:
+    start("services.torque_observer")
+    return Feed(node, Plant(ROBOT), "torque_observer")
+
+
+def ready(feed, *keys):
+    inputs = [feed.listen(key) for key in keys]
+    feed.node.ready()
+    return inputs
+
+
+def test_torques_and_wrenches_equal_the_plants_truth_of_their_stamp(feed):
+    torques, wrenches = ready(feed, "torques", "wrenches")
+    truths = {}
+
+    def remembered(data):
+        truths[feed.plant.time] = feed.plant.truth()
+        return True
+
+    said = feed.until(lambda: remembered(None) and says(torques, True))
+    truth = truths[said.envelope.stamp]
+    np.testing.assert_allclose(said.data.torque, truth.link_torque, atol=1e-5)
+    assert said.data.valid.all() and (said.data.std > 0.0).all()
+    said = feed.until(lambda: remembered(None) and says(wrenches, True))
+    truth = truths[said.envelope.stamp]
+    row = said.data.frame.index("l_sole")
+    assert said.data.kind[row] == "support"
+    np.testing.assert_allclose(said.data.wrench[row], truth.support_wrench[0], atol=1e-4)
+
+
+def test_one_lost_sensor_costs_two_subtrees_and_says_so_by_flags(feed):
+    (wrenches,) = ready(feed, "wrenches")
+    lost = np.ones(len(ROBOT.ft_sensors), dtype=bool)
+    lost[ROBOT.ft_sensors.index("l_arm_ft")] = False
+    feed.changes = {"ft_valid": lost}
+    said = feed.until(lambda: says(wrenches, True, lambda d: not d.subtree_valid.all())).data
+    names = {ROBOT.subtrees[i].name for i in np.flatnonzero(~said.subtree_valid)}
+    assert names == {"root", "l_arm"}
+    assert not said.wrench[~said.valid].any()
+
+
+def test_silence_turns_everything_invalid_with_a_reason_until_data_return(feed):
+    ports_read = ready(feed, "torques", "wrenches", "ft_prediction")
+    for port in ports_read:
+        feed.until(lambda port=port: says(port, True))
+    for port in ports_read:
+        while (silent := says(port, False)) is None:
+            feed.node.wait(0.1)
+        assert "no data" in silent.envelope.reason and silent.envelope.stamp > 0
+    for port in ports_read:
+        feed.until(lambda port=port: says(port, True))
+
+
+def test_contact_points_move_the_contact_at_run_time(feed):
+    (wrenches,) = ready(feed, "wrenches")
+    writer = feed.writer(ports.name("contact_points", ROBOT), ContactPoints)
+    points = ContactPoints(link=["l_forearm"], point=np.array([[0.0, 0.01, 0.05]]))
+    arm = ROBOT.subtree_of("l_forearm")
+
+    def touched():
+        writer.write(points)
+        return says(wrenches, True, lambda d: d.kind[arm] == "touch")
+
+    said = feed.until(touched).data
+    assert said.frame[arm] == "l_forearm" and said.subtree[arm] == "l_arm"
+    np.testing.assert_allclose(said.point[arm], [0.0, 0.01, 0.05])
+
+
+def test_a_changed_support_changes_the_kinds_and_a_wrong_one_is_refused(feed):
+    (wrenches,) = ready(feed, "wrenches")
+    rpc = ports.rpc("torque_observer")
+    feed.node.call(rpc, "param", {"action": "set", "name": "support", "value": "pole"})
+    said = feed.until(lambda: says(wrenches, True, lambda d: "root_link" in d.frame)).data
+    assert said.kind[0] == "support" and said.kind.count("support") == 1
+    with pytest.raises(RpcError, match="support"):
+        feed.node.call(rpc, "param", {"action": "set", "name": "support", "value": "wall"})
+
+
+def test_tare_refuses_a_moving_robot_and_answers_a_resting_one(feed, hub):
+    from concurrent.futures import ThreadPoolExecutor
+
+    (torques,) = ready(feed, "torques")
+    feed.until(lambda: says(torques, True))
+
+    def tare():
+        with Node("asker", connect=hub, signals=False) as asker:
+            asker.ready()
+            return asker.call(ports.rpc("torque_observer"), "tare", {"seconds": 0.1}, timeout=20.0)
+
+    with ThreadPoolExecutor(1) as pool:
+        feed.changes = {"dq": np.full(ROBOT.n, 0.5)}
+        refused = pool.submit(tare)
+        feed.until(refused.done)
+        with pytest.raises(RpcError, match="the robot moves: .* at 0.500 rad/s"):
+            refused.result()
+        feed.changes = {"dq": np.zeros(ROBOT.n), "q": np.array(ROBOT.home)}
+        answered = pool.submit(tare)
+        feed.until(answered.done)
+        reply = answered.result()
+    assert reply["tared"] == ["l_arm_ft", "r_arm_ft"]
+    assert "cannot be observed" in reply["message"]
+    assert np.array(reply["offset"]).shape == (6, 6)
