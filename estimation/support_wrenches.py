@@ -79,7 +79,9 @@ def share_support(
         if not set(crossed) - set(edges):
             break
         edges |= crossed
-    return SupportWrenches(wrench, _unilateral(wrench, boxes, shares))
+    missing = np.linalg.norm(demand - np.einsum("sij,sj->i", maps, wrench))
+    balanced = bool(missing < 1e-3 * np.linalg.norm(demand))
+    return SupportWrenches(wrench, balanced and _unilateral(wrench, boxes))
 
 
 def _spread(shares: np.ndarray, p: Preference) -> np.ndarray:
@@ -115,7 +117,7 @@ def _crossed_edges(
     return edges
 
 
-def _unilateral(wrench: np.ndarray, boxes: list[SoleBox | None], shares: np.ndarray) -> bool:
+def _unilateral(wrench: np.ndarray, boxes: list[SoleBox | None]) -> bool:
     """Whether every sole pushes, up to a hundredth of the whole load."""
     slack = -0.01 * float(np.abs(wrench[:, 2]).sum())
     return all(box is None or wrench[i, 2] >= slack for i, box in enumerate(boxes))
