@@ -66,7 +66,9 @@ class ContactService:
         self._residuals = node.output(
             ports.name("residuals", robot), Residuals, rate=rate, **common
         )
-        self._contacts = node.output(ports.name("contacts", robot), Contacts, rate=rate)
+        self._contacts = node.output(
+            ports.name("contacts", robot), Contacts, rate=rate, model=robot.model_hash
+        )
 
     def _source(self, key: str) -> str:
         return self._config.inputs.get(key, ports.name(key, self._robot))
@@ -87,6 +89,16 @@ class ContactService:
                 self._node.acknowledge(received.envelope.stamp)
         if not self._sensors.fresh:
             self._complain(self._sensors.reason)
+
+    @property
+    def latest(self) -> Received | None:
+        """The last sensor frame that was taken."""
+        return self._sensors.latest
+
+    @property
+    def busy(self) -> bool:
+        """Whether a tare or calibration is under way."""
+        return self._taring.busy
 
     def _take(self, received: Received) -> None:
         frame, envelope = received.data, received.envelope
@@ -155,7 +167,6 @@ class ContactService:
         self._complained = now
         latest = self._sensors.latest
         like = latest.envelope if latest is not None else None
-        self._bank.reset()
         silent = self._bank.silent_message()
         self._residuals.write(silent, like=like, valid=False, reason=reason)
         self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
