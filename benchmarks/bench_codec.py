@@ -14,6 +14,7 @@ from robot_model import load_robot
 from robot_model.messages import SensorFrame
 
 ROUNDS, BURST = 200, 100
+Step = Callable[[int], Any]
 
 
 def run(quick: bool = False) -> list[dict[str, Any]]:
@@ -27,7 +28,7 @@ def run(quick: bool = False) -> list[dict[str, Any]]:
     plain = {name: np.asarray(value) for name, value in vars(frame).items() if value is not None}
     listed = _pack(plain)
     rounds = ROUNDS // 10 if quick else ROUNDS
-    pairs = {
+    pairs: dict[str, tuple[Step, Step]] = {
         "encode a sensor frame": (
             lambda i: encoder.encode(frame, i, 10**6 * i, 1, i, i),
             lambda i: _pack(plain),
@@ -37,7 +38,7 @@ def run(quick: bool = False) -> list[dict[str, Any]]:
     return [_row(name, *pair, rounds) for name, pair in pairs.items()]
 
 
-def _row(name: str, ours: Callable, theirs: Callable, rounds: int) -> dict[str, Any]:
+def _row(name: str, ours: Step, theirs: Step, rounds: int) -> dict[str, Any]:
     times: tuple[list[float], list[float]] = ([], [])
     for _ in range(rounds):  # interleaved, so that both meet the same machine
         for function, kept in zip((ours, theirs), times, strict=True):
@@ -46,14 +47,14 @@ def _row(name: str, ours: Callable, theirs: Callable, rounds: int) -> dict[str, 
     return {"name": name, "value": value, "unit": "us", "peer": peer, "ratio": value / peer}
 
 
-def _burst(function: Callable[[int], Any]) -> float:
+def _burst(function: Step) -> float:
     start = perf_counter_ns()
     for number in range(BURST):
         function(number)
     return 1e-3 * (perf_counter_ns() - start) / BURST
 
 
-def _pack(arrays: dict[str, np.ndarray]) -> bytes:
+def _pack(arrays: dict[str, np.ndarray]) -> Any:
     return msgpack.packb({name: array.tolist() for name, array in arrays.items()})
 
 

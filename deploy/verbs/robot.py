@@ -13,8 +13,21 @@ if TYPE_CHECKING:
     from bus import Node
 
 TARED = ("torque_observer", "contact_detector")
-Frame = StrEnum("Frame", ["link", "world"])
-Profile = StrEnum("Profile", ["hold", "ramp", "half_sine"])
+
+
+class Frame(StrEnum):
+    """Axes of a force."""
+
+    link = "link"
+    world = "world"
+
+
+class Profile(StrEnum):
+    """Force over time."""
+
+    hold = "hold"
+    ramp = "ramp"
+    half_sine = "half_sine"
 
 
 @on_the_bus

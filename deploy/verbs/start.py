@@ -15,7 +15,14 @@ from deploy.output import print_line
 if TYPE_CHECKING:
     from deploy.launcher.launcher import Launcher
 
-Base = StrEnum("Base", ["free", "fixed"])
+
+class Base(StrEnum):
+    """How the robot stands."""
+
+    free = "free"
+    fixed = "fixed"
+
+
 MODULES = {"robot_sim": "robot_sim", "dashboard": "dashboard", "hub": "bus.hub"}
 
 
