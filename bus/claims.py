@@ -12,12 +12,12 @@ import time
 from collections.abc import Callable
 from datetime import datetime
 
-import msgpack
 import zenoh
 from zenoh.handlers import Callback
 
 from bus.envelope import opened_at
 from bus.errors import BusError, NameTaken
+from bus.packing import pack, unpack
 from bus.rpc import Request
 from bus.tokens import PORT, Token
 
@@ -33,7 +33,7 @@ def claim(session: zenoh.Session, tokens: list[Token], asker: "Asker") -> None:
 
     A name is asked for again for a moment: its former owner may just have gone.
     """
-    payload = msgpack.packb([token.key() for token in tokens])
+    payload = pack([token.key() for token in tokens])
     started = time.monotonic()
     while taken := asker.ask(session, CLAIM, payload):
         owners = [token for key, _ in taken if (token := Token.parse(key)) is not None]
@@ -136,18 +136,18 @@ class Arbiter:
 
     def _answer(self, query: zenoh.Query) -> None:
         if time.monotonic() < self._open_at:
-            query.reply_err(msgpack.packb({"error": "the hub has just started"}))
+            query.reply_err(pack({"error": "the hub has just started"}))
             return
         try:
             namespace = str(query.key_expr).partition("@wb")[0]
             taken = self.decide(namespace, _read(query))
-            query.reply(query.key_expr, msgpack.packb(taken))
+            query.reply(query.key_expr, pack(taken))
         except ValueError as error:
-            query.reply_err(msgpack.packb({"error": f"bad claim: {error}"}))
+            query.reply_err(pack({"error": f"bad claim: {error}"}))
 
     def _tell_peers(self, query: zenoh.Query) -> None:
         peers = [str(peer) for peer in self._session.info.peers_zid()]
-        query.reply(query.key_expr, msgpack.packb(peers))
+        query.reply(query.key_expr, pack(peers))
 
     def decide(self, namespace: str, wanted: list[Token]) -> list[tuple[str, bool]]:
         """Return ``(token key, only granted yet)`` of the owners in the way; grant all if none."""
@@ -176,7 +176,7 @@ def _read(query: zenoh.Query) -> list[Token]:
     payload = query.payload
     if payload is None or len(payload) > MAX_REQUEST:
         raise ValueError("expected a list of token keys")
-    keys = msgpack.unpackb(payload.to_bytes())
+    keys = unpack(payload.to_bytes())
     tokens = [Token.parse(key) for key in keys if isinstance(key, str)]
     if not isinstance(keys, list) or len(tokens) != len(keys) or None in tokens:
         raise ValueError(f"expected a list of token keys, got {keys!r:.100}")

@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-import msgpack
 import numpy as np
 
 from bus.errors import WireError
 from bus.head import INT64, NUMBERS, UINT64, pack_block_head, pack_prefix
 from bus.layout import FLOAT64, Plan, Shapes
+from bus.packing import pack
 from bus.schema import Field, fields_of, type_name
 
 _BOOL = np.dtype(bool)
@@ -109,7 +109,7 @@ class Encoder:
         for field, value in flags:
             self._shapes.bind(field, value.shape, plan.dimensions)
         vectors = arrays + flags
-        table = msgpack.packb([[field.name, *value.shape] for field, value in arrays])
+        table = pack([[field.name, *value.shape] for field, value in arrays])
         return _Form(
             get=_getter([field for field, _ in vectors] + self._scalars),
             absent=tuple(absent),
@@ -133,7 +133,7 @@ class Encoder:
         table = {f.name: flag.tolist() for f, flag in zip(self._flags, flags, strict=True)}
         for field, value in zip(self._scalars, scalars, strict=True):
             table[field.name] = field.check(value)
-        packed = msgpack.packb((bool(valid), str(reason), self._model, table))
+        packed = pack((bool(valid), str(reason), self._model, table))
         self._middle = packed[1:] + form.layout
         self._constant = constant
         return self._middle

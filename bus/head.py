@@ -7,7 +7,7 @@ its MessagePack tag. A reader that finds this form need not parse it.
 
 import struct
 
-import msgpack
+from bus.packing import pack
 
 ARRAY_OF_14, UINT32, UINT64, INT64 = 0x9E, 0xCE, 0xCF, 0xD3
 NUMBERS = struct.Struct(">BQBqBBqBq")  # tag seq tag stamp clock tag acquired tag sent
@@ -16,7 +16,7 @@ TAGS = (UINT64, INT64, INT64, INT64)
 
 def pack_prefix(type_name: str, source: bytes, epoch: int) -> bytes:
     """Return the part that all messages of one source begin with."""
-    packed = msgpack.packb(type_name) + msgpack.packb(source)
+    packed = pack(type_name) + pack(source)
     return bytes((ARRAY_OF_14,)) + packed + struct.pack(">BI", UINT32, epoch)
 
 

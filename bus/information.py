@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-import msgpack
 import zenoh
 from zenoh.handlers import Callback
 
+from bus.packing import pack
 from bus.schema import plain
 
 INFORMATION = "@wb/info"
@@ -28,6 +28,6 @@ class InformationServer:
     def _answer(self, query: zenoh.Query) -> None:
         try:
             name = query.payload.to_bytes().decode() if query.payload is not None else ""
-            query.reply(query.key_expr, msgpack.packb(plain(self._ports[name].info())))
+            query.reply(query.key_expr, pack(plain(self._ports[name].info())))
         except (KeyError, ValueError):
-            query.reply_err(msgpack.packb({"error": "no such port in this process"}))
+            query.reply_err(pack({"error": "no such port in this process"}))

@@ -60,7 +60,8 @@ class Output:
         self._listener = self._publisher.declare_matching_listener(
             Callback(self._on_matching, indirect=False)
         )
-        self.matched = self.matched or self._publisher.matching_status.matching
+        status: Any = self._publisher.matching_status  # its stub says bool
+        self.matched = self.matched or status.matching
 
     def write(
         self,

@@ -3,12 +3,12 @@
 import time
 from typing import Any, Protocol
 
-import msgpack
 import zenoh
 from zenoh.handlers import Callback
 
 from bus.errors import BusError, RpcAbsent, RpcError, RpcTimeout
 from bus.names import key_of
+from bus.packing import pack, unpack
 from bus.schema import plain
 from bus.waiter import Waiter
 
@@ -54,7 +54,7 @@ class Request:
     def _on_reply(self, reply: zenoh.Reply) -> None:
         try:
             if reply.ok is not None:
-                self.values.append(msgpack.unpackb(reply.ok.payload.to_bytes()))
+                self.values.append(unpack(reply.ok.payload.to_bytes()))
             else:
                 self._on_error(reply.err.payload.to_bytes())  # type: ignore[union-attr]
         except Exception as error:  # from outside: whatever it holds, the asker must not hang
@@ -64,7 +64,7 @@ class Request:
         if payload == b"Timeout":  # Zenoh's own; ours are maps
             self.timed_out = True
             return
-        self.errors.append(str(msgpack.unpackb(payload)["error"]))
+        self.errors.append(str(unpack(payload)["error"]))
 
     def _on_end(self) -> None:
         self.done = True
@@ -82,7 +82,7 @@ class HasSession(Protocol):
 
 def pack_request(verb: str, arguments: dict[str, Any] | None) -> bytes:
     """Return the bytes of a request."""
-    payload = msgpack.packb([verb, plain(arguments or {}, "arguments")])
+    payload = pack([verb, plain(arguments or {}, "arguments")])
     if len(payload) > MAX_REQUEST:
         raise RpcError(f"request of {len(payload)} bytes, at most {MAX_REQUEST} are allowed")
     return payload

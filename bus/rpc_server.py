@@ -7,12 +7,12 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-import msgpack
 import zenoh
 from zenoh.handlers import Callback
 
 from bus.envelope import new_source
 from bus.names import did_you_mean, key_of
+from bus.packing import pack, unpack
 from bus.rpc import MAX_REQUEST
 from bus.schema import plain
 from bus.waiter import Waiter
@@ -139,7 +139,7 @@ class RpcServer:
         payload = query.payload
         if payload is None or len(payload) > MAX_REQUEST:
             raise ValueError(f"expected a request of at most {MAX_REQUEST} bytes")
-        request = msgpack.unpackb(payload.to_bytes())
+        request = unpack(payload.to_bytes())
         match request:
             case [str() as verb, dict() as arguments] if all(type(k) is str for k in arguments):
                 return verb, arguments
@@ -176,9 +176,9 @@ def send(query: zenoh.Query, ok: bool, value: Any) -> None:
     """Send one answer; a value that cannot travel becomes an error."""
     try:
         if ok:
-            query.reply(query.key_expr, msgpack.packb(plain(value, "answer")))
+            query.reply(query.key_expr, pack(plain(value, "answer")))
         else:
-            query.reply_err(msgpack.packb({"error": str(value)}))
+            query.reply_err(pack({"error": str(value)}))
         query.drop()  # ends the asker's wait; the object may live on in a traceback
     except ValueError as error:
         send(query, False, str(error))

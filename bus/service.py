@@ -90,13 +90,14 @@ def _prepare(log_level: str) -> None:
 
 
 def _run(main: Main, settings: BaseModel, options: argparse.Namespace, clock_port: Any) -> None:
+    port: Any = clock_port(settings) if callable(clock_port) else clock_port
     with Node(
         options.name,
         connect=options.connect,
         listen=options.listen,
         namespace=options.namespace,
         zenoh_config=options.config,
-        clock_port=clock_port(settings) if callable(clock_port) else clock_port,
+        clock_port=port,
         lockstep=bool(getattr(settings, "lockstep", False)),
         insecure=options.insecure,
         parameters=Parameters(settings),

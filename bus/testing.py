@@ -18,11 +18,12 @@ from typing import Any, TypeVar
 
 import pytest
 
-from bus.introspection import wait_for_service
+from bus.introspection import wait_for_port, wait_for_service
 from bus.node import Node
 
 T = TypeVar("T")
 STOP_WITHIN = 5.0  # s
+READY_WITHIN = 60.0  # s, on a loaded machine
 _FAILED = pytest.StashKey[bool]()
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
@@ -40,7 +41,7 @@ def eventually(predicate: Callable[[], T], timeout: float = 10.0, what: str = ""
     while not (value := predicate()):
         if time.monotonic() > deadline:
             raise AssertionError(
-                f"not within {timeout:g} s: {what or predicate!r} (last: {value!r})"
+                f"not within {timeout:g} s: {what or repr(predicate)} (last: {value!r})"
             )
         time.sleep(0.002)
     return value
@@ -120,14 +121,23 @@ def _finish(processes: list[Process]) -> None:
 @contextmanager
 def running_hub() -> Iterator[str]:
     """Run a hub on a free loopback port; return its endpoint. For fixtures of a wider scope."""
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
-    arguments = ("--listen", endpoint, "--settle", "0", "--no-announce")
-    process = Process("bus.hub", *arguments)
+    endpoint, process = start_hub()
     try:
-        _await_ready(endpoint, "hub", process, 20.0)
         yield endpoint
     finally:
         _finish([process])
+
+
+def start_hub(endpoint: str | None = None) -> tuple[str, Process]:
+    """Start a hub that is not announced to others; return its endpoint and its process."""
+    endpoint = endpoint or f"tcp/127.0.0.1:{free_port()}"
+    process = Process("bus.hub", "--listen", endpoint, "--settle", "0", "--no-announce")
+    try:
+        _await_ready(endpoint, process, READY_WITHIN)
+    except BaseException:
+        process.clean_up()
+        raise
+    return endpoint, process
 
 
 @pytest.fixture(scope="session")
@@ -145,18 +155,6 @@ def hub(_hubs: list[tuple[str, Process]]) -> str:
     return _hubs[-1][0]
 
 
-def start_hub(endpoint: str | None = None) -> tuple[str, Process]:
-    """Start a hub that is not announced to others; return its endpoint and its process."""
-    endpoint = endpoint or f"tcp/127.0.0.1:{free_port()}"
-    process = Process("bus.hub", "--listen", endpoint, "--settle", "0", "--no-announce")
-    try:
-        _await_ready(endpoint, "hub", process, 20.0)
-    except BaseException:
-        process.clean_up()
-        raise
-    return endpoint, process
-
-
 @pytest.fixture
 def node(hub: str) -> Iterator[Node]:
     """Return a node for the test, connected to the hub and not yet ready."""
@@ -166,12 +164,12 @@ def node(hub: str) -> Iterator[Node]:
 
 @pytest.fixture
 def start(hub: str, request: pytest.FixtureRequest) -> Iterator[Callable[..., Process]]:
-    """Return ``start(module, *arguments, service=None, timeout=20.0)``.
+    """Return ``start(module, *arguments, timeout=60.0, environment=None)``.
 
-    It runs ``python -m module --connect HUB arguments`` and returns when the service's
-    readiness token is on the bus (``service`` is the module's last name by default).
-    At the end of the test every process must end with 0 within 5 s of SIGTERM. When
-    the test fails, what the processes wrote is shown.
+    It runs ``python -m module --connect HUB arguments`` and returns when the process's
+    readiness token is on the bus (a ``service`` given besides must be its name). At the
+    end of the test every process must end with 0 within 5 s of SIGTERM. When the test
+    fails, what the processes wrote is shown.
     """
     processes: list[Process] = []
 
@@ -179,14 +177,16 @@ def start(hub: str, request: pytest.FixtureRequest) -> Iterator[Callable[..., Pr
         module: str,
         *arguments: str,
         service: str | None = None,
-        timeout: float = 20.0,
+        timeout: float = READY_WITHIN,
         environment: dict[str, str] | None = None,
     ) -> Process:
         process = Process(module, "--connect", hub, *arguments, environment=environment)
         processes.append(process)
-        _await_ready(hub, service or _service_of(module, arguments), process, timeout)
+        name = _await_ready(hub, process, timeout)
+        assert service in (None, name), f"{module} calls itself {name}, expected {service}"
         return process
 
+    run.processes = processes  # type: ignore[attr-defined]  # for tests of failing processes
     try:
         yield run
     finally:
@@ -205,26 +205,28 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, Any]:
     return report
 
 
-def _service_of(module: str, arguments: tuple[str, ...]) -> str:
-    if "--name" in arguments:
-        return arguments[arguments.index("--name") + 1]
-    return module.rpartition(".")[2]
-
-
-def _await_ready(endpoint: str, service: str, process: Process, timeout: float) -> None:
-    """Wait for a readiness token with a node of our own; fail at once when the process ends."""
+def _await_ready(endpoint: str, process: Process, timeout: float) -> str:
+    """Return the service's name when its token comes; fail at once when the process ends."""
     deadline = time.monotonic() + timeout
     with Node("start", connect=endpoint, signals=False) as watcher:
-        while not any(owner.pid == process.pid for owner in watcher.directory.services()):
-            if process.popen.poll() is not None:
-                raise AssertionError(
-                    f"{process.name} ended with {process.popen.returncode}:\n{process.output}"
-                )
-            if time.monotonic() > deadline:
-                raise AssertionError(
-                    f"{service} is not ready after {timeout:g} s:\n{process.output}"
-                )
+        while True:
+            for owner in watcher.directory.services():
+                if owner.pid == process.pid:
+                    return owner.service
+            status = process.popen.poll()
+            late = time.monotonic() > deadline
+            if late or status is not None:
+                trouble = f"ended with {status}" if not late else f"is not ready in {timeout:g} s"
+                raise AssertionError(f"{process.name} {trouble}:\n{process.output}")
             time.sleep(0.005)
 
 
-__all__ = ["Process", "eventually", "free_port", "running_hub", "wait_for_service"]
+__all__ = [
+    "Process",
+    "eventually",
+    "free_port",
+    "running_hub",
+    "start_hub",
+    "wait_for_port",
+    "wait_for_service",
+]

@@ -111,7 +111,7 @@ def daemon_thread_reads(endpoint):
 
 def writes_until_the_end(endpoint):
     node = opened(endpoint)
-    out = node._ports["/ending/x:o"]
+    out = node.output("/ending/more:o", Number)
     for _ in range(1000):
         out.write(Number(value=1.0))
 

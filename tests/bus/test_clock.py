@@ -169,7 +169,7 @@ def lockstep(plant, hub):
         service.ready()
     lockstep.join()
     for service in services:
-        eventually(lambda s=service: s.lockstep._output.matched)
+        eventually(lambda s=service: s.lockstep._output is not None and s.lockstep._output.matched)
     yield lockstep, services
     for service in services:
         service.close()

@@ -9,7 +9,7 @@ from bus.parameters import Parameters
 
 class Inner(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
-    gain: float = Field(1.0, ge=0.0)
+    gain: float = Field(default=1.0, ge=0.0)
 
 
 class Outer(BaseModel):

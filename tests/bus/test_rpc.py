@@ -4,12 +4,12 @@ import signal
 import threading
 import time
 
-import msgpack
 import numpy as np
 import pytest
 import zenoh
 
 from bus import Node, Pending, RpcAbsent, RpcError, RpcTimeout, call
+from bus.packing import pack
 from bus.testing import eventually
 
 PORT = "/server/rpc:i"
@@ -136,9 +136,10 @@ def test_a_stopped_process_is_a_timeout_and_a_killed_one_is_absent(start, node):
 
 
 def test_two_servers_on_one_port_are_told(server, node, hub):
-    rogue = zenoh.handlers.Callback(
-        lambda query: query.reply(query.key_expr, msgpack.packb(1)), indirect=False
-    )
+    def answer(query: zenoh.Query) -> None:
+        query.reply(query.key_expr, pack(1))
+
+    rogue = zenoh.handlers.Callback(answer, indirect=False)
     with Node("rogue", connect=hub, signals=False) as other:
         other.session.declare_queryable("server/rpc:i", rogue)
         other.ready()
@@ -148,7 +149,7 @@ def test_two_servers_on_one_port_are_told(server, node, hub):
 
 @pytest.mark.parametrize(
     "payload",
-    [b"", b"\xc1", msgpack.packb("status"), msgpack.packb(["status"]), bytes(100_000)],
+    [b"", b"\xc1", pack("status"), pack(["status"]), bytes(100_000)],
     ids=["empty", "garbage", "text", "short", "long"],
 )
 def test_a_garbled_question_is_answered_with_an_error(server, node, payload):

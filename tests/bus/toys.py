@@ -15,12 +15,11 @@ class Settings(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    factor: float = Field(2.0, gt=0.0)
+    factor: float = Field(default=2.0, gt=0.0)
     output: str = "/toy/out:o"
     rate: float = 200.0
     lockstep: bool = False
     fail: str = ""
-    ignore: float = 0.0
 
 
 def main(node: Node, settings: Settings) -> None:
