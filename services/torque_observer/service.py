@@ -140,8 +140,11 @@ class ObserverService:
 
     def _write_nothing(self, reason: str) -> None:
         robot = self._robot
-        sizes = robot.n, len(robot.subtrees), len(robot.ft_sensors)
-        lost = Validity(*(np.zeros(size, dtype=bool) for size in sizes), False, reason)
+        torque, subtree, prediction = (
+            np.zeros(size, dtype=bool)
+            for size in (robot.n, len(robot.subtrees), len(robot.ft_sensors))
+        )
+        lost = Validity(torque, subtree, prediction, False, reason)
         for output, data in (
             (self._torques, self._composer.torques(self._nothing, self._uncertainty, lost)),
             (self._wrenches, self._composer.wrenches(self._nothing, self._uncertainty, lost)),

@@ -23,10 +23,12 @@ def random_input(robot: Robot, rng: np.random.Generator) -> ObserverInput:
     """Return a state within the joint limits, moving and shaken hard."""
     n, k = robot.n, len(robot.ft_sensors)
     lower, upper = np.maximum(robot.position_lower, -3.0), np.minimum(robot.position_upper, 3.0)
-    scales = (2.0, 8.0)
     return ObserverInput(
-        rng.uniform(lower, upper),
-        *(scale * rng.normal(size=n) for scale in scales),
-        20.0 * rng.normal(size=(k, 6)),
-        *(scale * rng.normal(size=3) for scale in (2.0, 10.0, 5.0)),
+        q=rng.uniform(lower, upper),
+        dq=2.0 * rng.normal(size=n),
+        ddq=8.0 * rng.normal(size=n),
+        ft=20.0 * rng.normal(size=(k, 6)),
+        gyro=2.0 * rng.normal(size=3),
+        acc=10.0 * rng.normal(size=3),
+        dgyro=5.0 * rng.normal(size=3),
     )

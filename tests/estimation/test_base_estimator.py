@@ -32,6 +32,7 @@ def robot():
 
 def sample(plant: Plant, orientation: bool = True) -> BaseSample:
     raw = plant.raw()
+    assert raw.imu_quat_wxyz is not None
     return BaseSample(
         q=raw.q,
         dq=plant.truth().dq,

@@ -134,6 +134,7 @@ def test_an_offset_is_taken_off_the_readings(robot):
 
 def observe(observer: TorqueObserver, plant: Plant):
     raw = plant.raw()
+    assert raw.dq is not None and raw.ddq is not None and raw.imu_dgyro is not None
     imu = (raw.imu_gyro[0], raw.imu_acc[0], raw.imu_dgyro[0])
     return observer.step(raw.q, raw.dq, raw.ddq, raw.ft, *imu)
 
