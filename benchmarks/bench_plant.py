@@ -8,15 +8,15 @@ import numpy as np
 from robot_model import load_robot
 from robot_sim import TICK, Plant
 
-BLOCKS, BLOCK = 100, 100  # ticks are timed in blocks, whose median a busy machine spoils less
+WARM_UP, TICKS = 500, 10_000  # each timed alone: a median that a busy machine spoils least
 TARGET = 4.0  # times real time
 
 
 def run(quick: bool = False) -> list[dict[str, Any]]:
     """Return the time per tick, standing with noisy sensors, and the real-time factor."""
     plant = Plant(load_robot("icub"), profile="realistic")
-    blocks = BLOCKS // 5 if quick else BLOCKS
-    times = [_block(plant) for _ in range(blocks + 5)][5:]
+    _times(plant, WARM_UP)
+    times = _times(plant, TICKS // 5 if quick else TICKS)
     tick = float(np.median(times))
     factor = TICK / 1e3 / tick
     name = "plant, tick with sensors"
@@ -37,10 +37,12 @@ def run(quick: bool = False) -> list[dict[str, Any]]:
     ]
 
 
-def _block(plant: Plant) -> float:
-    """Return the mean time per tick of one block [us]."""
-    start = perf_counter_ns()
-    for _ in range(BLOCK):
+def _times(plant: Plant, ticks: int) -> list[float]:
+    """Return the wall time of each of some ticks [us]."""
+    times = []
+    for _ in range(ticks):
+        start = perf_counter_ns()
         plant.step()
         plant.raw()
-    return (perf_counter_ns() - start) / BLOCK / 1e3
+        times.append((perf_counter_ns() - start) / 1e3)
+    return times

@@ -32,7 +32,8 @@ class ExternalForces:
         self._touched.clear()
 
     def add(self, joint: int, wrench: Array) -> None:
-        self._views[joint] += wrench
+        view = self._views[joint]
+        np.add(view, wrench, out=view)
         self._touched.add(joint)
 
 

@@ -111,4 +111,9 @@ class Noise:
 
     def encoder(self, q: np.ndarray) -> np.ndarray:
         """Return positions (n,) [rad] as the encoders count them."""
-        return q.copy() if self._count is None else np.rint(q / self._count) * self._count
+        if self._count is None:
+            return q.copy()
+        counted = q / self._count
+        np.rint(counted, out=counted)
+        counted *= self._count
+        return counted

@@ -1,6 +1,6 @@
 """What exact sensors read: one inverse dynamics of the tree cut at its F/T sensors."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -12,8 +12,7 @@ from robot_sim.contact import placement
 Array = np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class Readings:
+class Readings(NamedTuple):
     """Exact readings of one instant."""
 
     q: Array  # (n,) rad
@@ -54,10 +53,14 @@ class ExactSensors:
 
     def _place_imus(self, robot: Robot, cut: TreeModel) -> None:
         places = [placement(cut.model, cut.frame_id(name)) for name in robot.imus]
-        self._to_imu = np.array([p.joint_M_frame.toActionMatrixInverse() for p in places])
-        self._motion = np.zeros((len(places), 6, 2))
-        self._motion_views = [
-            (self._data.v[p.joint].vector, self._data.a_gf[p.joint].vector) for p in places
+        data = self._data
+        self._imus = [
+            (
+                data.v[p.joint].vector,
+                data.a_gf[p.joint].vector,
+                p.joint_M_frame.toActionMatrixInverse(),
+            )
+            for p in places
         ]
         tree = robot.tree
         mounts = [placement(tree.model, tree.frame_id(name)) for name in robot.imus]
@@ -94,11 +97,13 @@ class ExactSensors:
 
     def _read_imus(self) -> tuple[Array, Array, Array]:
         """Return gyro, proper acceleration and angular acceleration of each IMU."""
-        for motion, (twist, acceleration) in zip(self._motion, self._motion_views, strict=True):
-            motion[:, 0], motion[:, 1] = twist, acceleration
-        motion = self._to_imu @ self._motion
-        for imu in motion:
-            (vx, vy, vz, wx, wy, wz), rate = imu[:, 0].tolist(), imu[:3, 1]
+        motion = np.empty((len(self._imus), 2, 6))
+        for (twist, rate), (joint_twist, joint_rate, to_imu) in zip(
+            motion, self._imus, strict=True
+        ):
+            np.dot(to_imu, joint_twist, out=twist)
+            np.dot(to_imu, joint_rate, out=rate)
+            vx, vy, vz, wx, wy, wz = twist.tolist()
             # From spatial to classical acceleration: w x v, without the 25 us of np.cross.
-            rate += (wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx)
-        return motion[:, 3:, 0], motion[:, :3, 1], motion[:, 3:, 1]
+            rate[:3] += (wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx)
+        return motion[:, 0, 3:], motion[:, 1, :3], motion[:, 1, 3:]
