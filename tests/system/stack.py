@@ -2,7 +2,7 @@
 
 import signal
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import psutil
@@ -99,7 +99,7 @@ class Stack:
         arguments = self._settings.get(name, ())
         return Process(MODULES[name], "--connect", self.endpoint, *arguments)
 
-    def await_ready(self, names: Sequence[str] | Mapping[str, str]) -> None:
+    def await_ready(self, names: Iterable[str]) -> None:
         """Wait until the stack's processes are on the bus under these names."""
 
         def missing() -> list[str]:

@@ -105,13 +105,7 @@ def test_wrenches_and_torques_are_true_while_a_default_contact_is_pushed(
     )
     try:
         sample = stack.until(
-            lambda: samples.take(
-                lambda truth: (
-                    bool(truth.pushes)
-                    and np.linalg.norm(truth.pushes[0]["force_world"]) > 9.99
-                    and np.abs(truth.dq).max() < STILL
-                )
-            ),
+            lambda: samples.take(is_pushed_and_still),
             lambda: "the pushed robot does not come to rest",
         )
     finally:
