@@ -25,7 +25,7 @@ class Driver(Protocol):
     """Reads the sensors of a robot and writes to its motor boards.
 
     Made as ``Driver(node, robot, config)``; nothing happens before ``open``. All
-    calls come from one thread. ``tests/services/test_driver_contract.py`` says in
+    calls come from one thread. ``tests/services/sensor_server/test_driver_contract.py`` says in
     tests what a driver must do.
 
     Attributes:
