@@ -187,4 +187,3 @@ class ContactDetector:
         calm = self.settings.calm * self.monitor.threshold
         if self.tared and not self.touched and (statistic < calm)[seen].all() and seen.any():
             self._offset += (period / self.settings.drift_time) * self._touch
-

@@ -8,9 +8,10 @@ Coriolis matrix C (dM/dt = C + C^T) and one factorisation of the 6x6 base block.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.linalg import get_lapack_funcs
 
 Array = np.ndarray
+_potrf, _potrs = get_lapack_funcs(("potrf", "potrs"))
 
 
 class FloatingTerms(NamedTuple):
@@ -39,15 +40,15 @@ def floating_terms(mass: Array, coriolis: Array, velocity: Array, force: Array) 
     Source: R eqs. (11) and (16), with w = I0^-1 p0, so that H_fb dq = p_j - F^T w.
     """
     momentum = mass @ velocity
-    factor, _ = dpotrf(mass[:6, :6], lower=1)
+    factor, _ = _potrf(mass[:6, :6], lower=1)
     both = np.zeros((2, len(velocity)))  # v, and w with zeros behind it
     both[0] = velocity
-    both[1, :6], _ = dpotrs(factor, momentum[:6], lower=1)
+    both[1, :6], _ = _potrs(factor, momentum[:6], lower=1)
     rate, drift = both @ coriolis
     rate += force
     drift += coriolis[:, :6] @ both[1, :6]  # now (C + C^T) w = dM/dt w
     lost = rate - drift
     shares = both[:, :6]
-    shares[0], _ = dpotrs(factor, lost[:6], lower=1)
+    shares[0], _ = _potrs(factor, lost[:6], lower=1)
     coupled = shares @ mass[:6, 6:]
     return FloatingTerms(momentum, rate, momentum[6:] - coupled[1], lost[6:] - coupled[0])

@@ -83,9 +83,7 @@ class LimbMonitor:
                 continue
             self._judge(i, value, eta, norms[i], stamp)
             state, onset = self._states[i], self._onset[i]
-            flags.append(
-                LimbFlag(self.limbs[i], state, probability[i], onset, norms[i], True, "")
-            )
+            flags.append(LimbFlag(self.limbs[i], state, probability[i], onset, norms[i], True, ""))
         return flags
 
     def _judge(self, i: int, value: float, eta: float, force: float, stamp: int) -> None:

@@ -68,9 +68,7 @@ class Localiser:
             i for i in np.flatnonzero(layout.subtree == subtree) if links[i] in self.surface.points
         ]
         evidence = {
-            i: body_evidence(
-                layout.bears[i], self._rows.jacobian, covariance.information, touch
-            )
+            i: body_evidence(layout.bears[i], self._rows.jacobian, covariance.information, touch)
             for i in bodies
         }
         gains = {i: 0.5 * e.gain for i, e in evidence.items()}

@@ -86,9 +86,7 @@ class ResidualBank:
         torque = frame.motor_torque_valid
         if self._floating is not None:
             gyro, acc = frame.imu_gyro[0], frame.imu_acc[0]
-            self._floating.step(
-                frame.q, frame.dq, frame.motor_torque, frame.ft, gyro, acc, period
-            )
+            self._floating.step(frame.q, frame.dq, frame.motor_torque, frame.ft, gyro, acc, period)
             self._flags = (True, torque, torque and self.settings.classical)
         elif self._fixed is not None and up_base is not None:
             self._fixed.step(frame.q, frame.dq, frame.motor_torque, up_base, period)
@@ -118,9 +116,7 @@ class ResidualBank:
     def tare(self, quiet: Quiet) -> None:
         """Take offsets and thresholds from the statistics of a quiet period."""
         self._offset = quiet.residual_mean.copy()
-        self._threshold = np.maximum(
-            self._floor(), self.settings.sigmas * quiet.residual_std
-        )
+        self._threshold = np.maximum(self._floor(), self.settings.sigmas * quiet.residual_std)
 
     def message(self) -> Residuals:
         """Return the residuals after the tare; those that are not valid are zero."""

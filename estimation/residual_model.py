@@ -91,9 +91,7 @@ def joint_at(model: pin.Model, start: int) -> int:
     return next(i for i in range(1, model.njoints) if model.joints[i].idx_v == start)
 
 
-def _drop_beyond(
-    model: pin.Model, cut: TreeModel, sensors: list[int]
-) -> list[tuple[int, pin.SE3]]:
+def _drop_beyond(model: pin.Model, cut: TreeModel, sensors: list[int]) -> list[tuple[int, pin.SE3]]:
     """Take the bodies beyond some sensors out of a model, with the help of its cut twin.
 
     Returns the joint of the model that bears each of those sensors, and the sensor's

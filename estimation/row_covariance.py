@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg import get_lapack_funcs
 
 from estimation.contact_rows import ContactRows
 from estimation.row_layout import RemovedWrenches
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
+_potrf, _potri = get_lapack_funcs(("potrf", "potri"))
 UNKNOWN = 1e8  # variance of a channel that is missing, in its unit squared
 
 
@@ -108,8 +109,8 @@ class RowCovariance:
 
 def inverse(matrix: Array) -> Array:
     """Return the inverse of a symmetric positive definite matrix."""
-    factor, failed = dpotrf(matrix, lower=1)
+    factor, failed = _potrf(matrix, lower=1)
     if failed:
         raise np.linalg.LinAlgError(f"matrix of order {len(matrix)} is not positive definite")
-    result, _ = dpotri(factor, lower=1)
+    result, _ = _potri(factor, lower=1)
     return np.tril(result) + np.tril(result, -1).T

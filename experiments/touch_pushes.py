@@ -40,9 +40,7 @@ class PushGenerator:
         feet = {robot.subtree_of(frame) for frame in robot.supports["floor"]}
         owner = np.array([robot.subtree_of(body.name) for body in self._surface.bodies])
         self._subtrees = [i for i in range(len(robot.subtrees)) if i not in feet]
-        self._points = {
-            i: np.flatnonzero(owner[self._surface.body] == i) for i in self._subtrees
-        }
+        self._points = {i: np.flatnonzero(owner[self._surface.body] == i) for i in self._subtrees}
 
     def __iter__(self) -> Iterator[TouchPush]:
         while True:

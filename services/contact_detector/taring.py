@@ -22,9 +22,10 @@ class _Window:
     """One collection of samples, and whom to answer."""
 
     period: QuietPeriod
-    end: int  # stamp, ns
+    length: int  # ns
     finish: Finish
     pending: Pending | None = None
+    end: int | None = None  # stamp of the first sample plus length, ns
 
 
 class Taring:
@@ -41,6 +42,11 @@ class Taring:
         self._since: int | None = None  # stamp of the first sample, ns
         self._now = 0
         self.waits = "waiting for its first tare"  # why not tared
+
+    @property
+    def busy(self) -> bool:
+        """Whether samples are being collected."""
+        return bool(self._windows)
 
     def request(self, seconds: float, finish: Finish) -> Pending:
         """Collect samples for some seconds, then answer with what ``finish`` makes of them."""
@@ -74,13 +80,16 @@ class Taring:
                 return
             self._add(self._config.window, self._start)
         self._collect(frame)
-        for window in [w for w in self._windows if stamp >= w.end]:
-            self._windows.remove(window)
-            self._finish(window)
+        for window in list(self._windows):
+            if window.end is None:
+                window.end = stamp + window.length
+            elif stamp >= window.end:
+                self._windows.remove(window)
+                self._finish(window)
 
     def _add(self, seconds: float, finish: Finish, pending: Pending | None = None) -> None:
         period = QuietPeriod(self._detector.robot.joints)
-        self._windows.append(_Window(period, self._now + round(seconds * 1e9), finish, pending))
+        self._windows.append(_Window(period, round(seconds * 1e9), finish, pending))
 
     def _collect(self, frame: SensorFrame) -> None:
         channels = (frame.joint_valid, frame.ft_valid, frame.imu_valid)

@@ -101,9 +101,7 @@ def test_errors_of_accelerations_spread_over_the_rows_as_the_covariance_says(
     noise, rng = covariance.noise, np.random.default_rng(7)
     samples = []
     for _ in range(3000):
-        ft_error = rng.normal(size=frame.ft.shape) * np.repeat(
-            [noise.ft_force, noise.ft_moment], 3
-        )
+        ft_error = rng.normal(size=frame.ft.shape) * np.repeat([noise.ft_force, noise.ft_moment], 3)
         shaken_frame = replace(
             frame,
             ddq=frame.ddq + noise.joint_acceleration * rng.normal(size=robot.n),

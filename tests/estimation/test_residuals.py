@@ -9,7 +9,9 @@ from estimation.floating_terms import floating_terms
 from estimation.momentum_filter import MomentumFilter
 from estimation.residual_model import residual_model
 from estimation.residuals import FloatingResiduals
+from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot, load_robot
+from robot_model.messages import SensorFrame
 from robot_sim import Plant
 
 
@@ -122,10 +124,14 @@ def test_the_residual_model_holds_the_robot_without_its_feet(robot: Robot) -> No
     assert pin.computeTotalMass(layout.model) == pytest.approx(robot.mass - feet)
 
 
+def exact_frame(plant: Plant) -> SensorFrame:
+    return SensorPipeline(plant.robot).step(plant.raw(), plant.time)
+
+
 def run_push(plant: Plant, residuals: FloatingResiduals, seconds: float) -> None:
     for _ in range(round(seconds * 1000)):
         plant.step()
-        raw = plant.raw()
+        raw = exact_frame(plant)
         residuals.step(
             raw.q, raw.dq, raw.motor_torque, raw.ft, raw.imu_gyro[0], raw.imu_acc[0], 1e-3
         )
@@ -182,7 +188,7 @@ def test_the_classical_residual_of_a_robot_on_the_pole_is_the_push(robot: Robot)
             assert np.abs(observer.residual).max() < 0.01
             plant.push("l_forearm", point, force)
         plant.step()
-        raw, truth = plant.raw(), plant.truth()
+        raw, truth = exact_frame(plant), plant.truth()
         w, x, y, z = truth.base_quat_wxyz
         up_base = pin.Quaternion(w, x, y, z).matrix()[2]
         observer.step(raw.q, raw.dq, raw.motor_torque, up_base, 1e-3)
