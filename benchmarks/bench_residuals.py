@@ -1,0 +1,139 @@
+"""Residuals, detection and search for the place, hot, beside iDynTree's torque observer.
+
+The peer has no residuals; its step, from NumPy to NumPy in the same run, tells how fast
+the machine is. The classical residual in the manner of R builds C by repeated Newton-Euler.
+"""
+
+from collections.abc import Callable
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from benchmarks.idyntree_observer import IdyntreeObserver
+from estimation.contact_detector import ContactDetector
+from estimation.residuals import FloatingResiduals
+from estimation.torque_observer import TorqueObserver
+from robot_model import Robot, load_robot
+from robot_model.messages import SensorFrame
+
+ROUNDS, BURST = 60, 50
+TARGET = 60.0  # us, internal and external residual together
+
+
+def run(quick: bool = False) -> list[dict[str, Any]]:
+    """Return the median times [us]; steps take turns, so that all see the same machine."""
+    robot = load_robot("icub")
+    frames = _frames(robot)
+    steps = {
+        "internal and external residual step": _residual_step(robot),
+        "classical residual terms as in R, C by repeated Newton-Euler": _papers_way(robot),
+        "contact detection step": _detection_step(robot),
+        "torque observer step of iDynTree": _peer_step(robot),
+    }
+    times: dict[str, list[int]] = {name: [] for name in steps}
+    for _ in range(5 if quick else ROUNDS):
+        for name, step in steps.items():
+            times[name] += _times(step, frames)
+    median = {name: float(np.median(values)) * 1e-3 for name, values in times.items()}
+    return _rows(median) + [_location(robot, 3 if quick else 40)]
+
+
+def _rows(median: dict[str, float]) -> list[dict[str, Any]]:
+    residual, _, detection, peer = median
+    rows = [_row(name, median[name], median[peer]) for name in (residual, detection)]
+    rows[0] |= {"target": f"<= {TARGET:.0f} us", "met": median[residual] <= TARGET}
+    return rows + [_row(name, median[name], None) for name in median if "as in R" in name]
+
+
+def _row(name: str, value: float, peer: float | None, unit: str = "us") -> dict[str, Any]:
+    ratio = None if peer is None else value / peer
+    return {"name": name, "value": value, "unit": unit, "peer": peer, "ratio": ratio}
+
+
+def _residual_step(robot: Robot) -> Callable[[SensorFrame], Any]:
+    residuals = FloatingResiduals(robot)
+    return lambda frame: residuals.step(
+        frame.q, frame.dq, frame.motor_torque, frame.ft, frame.imu_gyro[0], frame.imu_acc[0], 1e-3
+    )
+
+
+def _papers_way(robot: Robot) -> Callable[[SensorFrame], Any]:
+    """Columns of C from differences of Newton-Euler passes, as R section II-B says."""
+    model = pin.Model(robot.tree.model)
+    data = model.createData()
+
+    def step(frame: SensorFrame) -> np.ndarray:
+        q, v = robot.tree.configuration(frame.q), robot.tree.velocity(frame.dq)
+        zero, units = np.zeros(model.nv), np.eye(model.nv)
+        gravity = pin.rnea(model, data, q, zero, zero).copy()
+        mass = np.array([pin.rnea(model, data, q, zero, unit) - gravity for unit in units])
+        both = [pin.rnea(model, data, q, v + unit, zero).copy() for unit in units]
+        return mass @ v + np.array(both) @ v
+
+    return step
+
+
+def _detection_step(robot: Robot) -> Callable[[SensorFrame], Any]:
+    detector, clock = ContactDetector(robot), iter(range(0, 2**62, 4_000_000))
+    return lambda frame: detector.step(frame, next(clock))
+
+
+def _peer_step(robot: Robot) -> Callable[[SensorFrame], Any]:
+    frames = [contact.frame for contact in TorqueObserver(robot).contacts]
+    peer = IdyntreeObserver(robot, frames)
+    return lambda frame: peer.step(
+        frame.q,
+        frame.dq,
+        frame.ddq,
+        -frame.ft,  # iDynTree: child on parent
+        frame.imu_gyro[0],
+        frame.imu_acc[0],
+        frame.imu_dgyro[0],
+    )
+
+
+def _location(robot: Robot, rounds: int) -> dict[str, Any]:
+    """Time to locate a touch on the trunk, the sub-tree with most of the surface."""
+    detector, frame = ContactDetector(robot), _frames(robot)[0]
+    for stamp in range(0, 400_000_000, 4_000_000):
+        detector.step(frame, stamp)
+    times = []
+    for _ in range(rounds):
+        start = perf_counter_ns()
+        detector.locate(frame)
+        times.append((perf_counter_ns() - start) / max(1, len(detector.touched)))
+    return _row("search for the place, per limb", float(np.median(times)) * 1e-6, None, "ms")
+
+
+def _frames(robot: Robot) -> list[SensorFrame]:
+    rng = np.random.default_rng(0)
+    n, k, m = (robot.dimensions[letter] for letter in "nkm")
+    return [
+        SensorFrame(
+            q=robot.home + 0.1 * rng.normal(size=n),
+            dq=rng.normal(size=n),
+            ddq=rng.normal(size=n),
+            motor_torque=rng.normal(size=n),
+            ft=rng.normal(size=(k, 6)),
+            imu_gyro=rng.normal(size=(m, 3)),
+            imu_acc=np.tile([0.0, 0.0, 9.81], (m, 1)),
+            imu_dgyro=rng.normal(size=(m, 3)),
+            joint_valid=np.ones(n, dtype=bool),
+            ft_valid=np.ones(k, dtype=bool),
+            imu_valid=np.ones(m, dtype=bool),
+        )
+        for _ in range(BURST)
+    ]
+
+
+def _times(step: Callable[[SensorFrame], Any], frames: list[SensorFrame]) -> list[int]:
+    """Durations of hot steps [ns]; the first of a burst warms the caches and is dropped."""
+    step(frames[0])
+    times = []
+    for frame in frames:
+        start = perf_counter_ns()
+        step(frame)
+        times.append(perf_counter_ns() - start)
+    return times
