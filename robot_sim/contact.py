@@ -7,7 +7,7 @@ import pinocchio as pin
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.linalg import block_diag
 
-from robot_model import Robot
+from robot_model import Robot, TreeModel
 
 Array = np.ndarray
 
@@ -61,6 +61,24 @@ class Foot(NamedTuple):
     force_local: Array  # (3, c) joint axes
 
 
+def stands_on(robot: Robot) -> tuple[str, ...]:
+    """Return the soles of a robot that can stand on the floor, nothing for another.
+
+    Raises:
+        ValueError: the floor supports differ in their corners, or have less than three.
+    """
+    frames = tuple(robot.supports.get("floor", ()))
+    counts = {name: len(robot.soles.get(name, ())) for name in frames}
+    if not any(counts.values()):
+        return ()
+    if any(count < 3 for count in counts.values()) or len(set(counts.values())) > 1:
+        raise ValueError(
+            f"{robot.name}: soles: expected as many corners, at least 3, for each floor support, "
+            f"got {counts}"
+        )
+    return frames
+
+
 class SoleContacts:
     """Contact forces of all soles.
 
@@ -78,50 +96,50 @@ class SoleContacts:
         wrench_sole: (F, 6) the same in the sole frame.
     """
 
-    def __init__(self, robot: Robot, data: pin.Data, cut, floor: Floor):
+    def __init__(self, robot: Robot, data: pin.Data, cut: TreeModel, floor: Floor):
         self.frames = tuple(robot.supports["floor"])
         tree = robot.tree
         whole = [placement(tree.model, tree.frame_id(name)) for name in self.frames]
         parts = [placement(cut.model, cut.frame_id(name)) for name in self.frames]
         self.joints = [place.joint for place in whole]
         self.joints_cut = [place.joint for place in parts]
-        corners = [np.asarray(robot.soles[name]) for name in self.frames]
-        count, size = len(self.frames), len(corners[0])
-        self._friction, self._cone = floor.friction, floor.friction**2
-        axes, shape = np.array([1.0, 1.0, 0.0])[:, None], (count, 3, size)
-        self._stiffness = np.empty(shape)
-        self._stiffness[:] = axes * floor.tangential_stiffness + (1 - axes) * floor.stiffness
-        self._damping = np.empty(shape)
-        self._damping[:] = axes * floor.tangential_damping + (1 - axes) * floor.damping
-        local = [
-            np.array([w.joint_M_frame.act(corner) for corner in cs])
-            for w, cs in zip(whole, corners, strict=True)
-        ]
+        corners = [robot.soles[name] for name in self.frames]
+        local = [[w.joint_M_frame.act(c) for c in cs] for w, cs in zip(whole, corners, strict=True)]
         maps = [_wrench_map(w, p, cs) for w, p, cs in zip(whole, parts, corners, strict=True)]
         # One product for all feet is cheaper than one per foot, zeros included.
-        self._velocity_map = np.asarray(
-            block_diag(*[_by_axis(point_velocity_map(cs)) for cs in local])
-        )
+        velocity_maps = [_by_axis(point_velocity_map(np.array(cs))) for cs in local]
+        self._velocity_map = np.asarray(block_diag(*velocity_maps))
         self._wrench_map = np.asarray(block_diag(*maps))
         # Axis before corner, so that every component is one contiguous row.
         self._corners = np.ascontiguousarray(np.transpose(local, (0, 2, 1)))
-        self._twist = np.zeros(6 * count)
-        self._velocity_local = np.zeros(3 * size * count)
-        self._position, self._velocity, self._force, self._force_local, self._anchor = np.zeros(
-            (5, count, 3, size)  # the bristles' anchors stay at z = 0, on the floor
-        )
-        self._all = np.zeros(18 * count)
-        self.wrench, self.wrench_cut, self.wrench_sole = np.split(
-            self._all.reshape(count, 18), 3, axis=1
-        )
+        self._set_floor(floor, self._corners.shape)
+        self._allocate(data, *self._corners.shape)
+
+    def _set_floor(self, floor: Floor, shape: tuple[int, ...]) -> None:
+        self._friction, self._cone = floor.friction, floor.friction**2
+        tangential = np.array([1.0, 1.0, 0.0])[:, None]
+        stiffness = tangential * floor.tangential_stiffness + (1 - tangential) * floor.stiffness
+        damping = tangential * floor.tangential_damping + (1 - tangential) * floor.damping
+        self._stiffness = np.broadcast_to(stiffness, shape).copy()
+        self._damping = np.broadcast_to(damping, shape).copy()
+
+    def _allocate(self, data: pin.Data, count: int, axes: int, size: int) -> None:
+        shape = (count, axes, size)
+        self._twist = np.zeros((count, 6))
+        self._velocity_local = np.zeros(shape)
+        self._position, self._velocity = np.zeros(shape), np.zeros(shape)
+        self._force, self._force_local = np.zeros(shape), np.zeros(shape)
+        self._anchor = np.zeros(shape)  # of the bristles; z stays 0, on the floor
+        self._all = np.zeros((count, 18))
+        self.wrench, self.wrench_cut, self.wrench_sole = np.split(self._all, 3, axis=1)
         self._feet = [
             Foot(
                 rotation=data.oMi[joint].rotation,
                 origin=data.oMi[joint].translation[:, None],
                 joint_twist=data.v[joint].vector,
-                twist=self._twist.reshape(count, 6)[i],
+                twist=self._twist[i],
                 corners=self._corners[i],
-                velocity_local=self._velocity_local.reshape(count, 3, size)[i],
+                velocity_local=self._velocity_local[i],
                 position=self._position[i],
                 velocity=self._velocity[i],
                 force=self._force[i],
@@ -129,6 +147,9 @@ class SoleContacts:
             )
             for i, joint in enumerate(self.joints)
         ]
+        # Flat views for the products that serve all feet at once.
+        self._twists, self._velocities = self._twist.reshape(-1), self._velocity_local.reshape(-1)
+        self._forces, self._wrenches = self._force_local.reshape(-1), self._all.reshape(-1)
 
     def restart(self) -> None:
         """Forget the bristles: they start unstretched where the corners are now."""
@@ -145,12 +166,12 @@ class SoleContacts:
         self._find_forces()
         for foot in self._feet:
             np.dot(foot.rotation.T, foot.force, out=foot.force_local)
-        np.dot(self._wrench_map, self._force_local.reshape(-1), out=self._all)
+        np.dot(self._wrench_map, self._forces, out=self._wrenches)
 
     def _move_corners(self) -> None:
         for foot in self._feet:
             foot.twist[:] = foot.joint_twist
-        np.dot(self._velocity_map, self._twist, out=self._velocity_local)
+        np.dot(self._velocity_map, self._twists, out=self._velocities)
         for foot in self._feet:
             np.dot(foot.rotation, foot.corners, out=foot.position)
             np.add(foot.position, foot.origin, out=foot.position)

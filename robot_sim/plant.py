@@ -10,7 +10,7 @@ from robot_model import Robot, build_tree
 from robot_model.messages import GroundTruth, RawFrame
 from robot_sim.boards import Boards, Mode
 from robot_sim.body import Body, PlantDiverged
-from robot_sim.contact import Floor, SoleContacts, placement
+from robot_sim.contact import Floor, SoleContacts, placement, stands_on
 from robot_sim.friction import JointFriction
 from robot_sim.motions import Motion
 from robot_sim.noise import Noise, load_profile
@@ -73,7 +73,9 @@ class Plant:
         cut = build_tree(robot, robot.base_link, cut=True)
         self._body = Body(robot, TICK * 1e-9)
         self._exact = ExactSensors(robot, cut, self._body)
-        self._contacts = SoleContacts(robot, self._body.data, cut, self.config.floor)
+        self._contacts = None
+        if stands_on(robot):
+            self._contacts = SoleContacts(robot, self._body.data, cut, self.config.floor)
         self._pushes = Pushes(robot, self._body.data, cut)
         self._joint_q, self._joint_v = robot.tree.joint_q, robot.tree.joint_v
         self._standing = standing_base(robot, self.config.floor)
@@ -156,6 +158,10 @@ class Plant:
         """Put the robot on the pole (``fixed``) or on the floor (``free``), and reset."""
         if base not in ("free", "fixed"):
             raise ValueError(f"base must be 'free' or 'fixed', got {base!r}")
+        if base == "free" and self._contacts is None:
+            raise ValueError(
+                f"{self.robot.name} has no soles to stand on; its base must be 'fixed'"
+            )
         self.base_mode: Base = base
         self.reset()
 
@@ -172,7 +178,8 @@ class Plant:
             base.translation[2] += self.config.pole_lift
         home = self.robot.tree.configuration(self.robot.home, base)
         self._body.place(home, self.base_mode == "fixed")
-        self._contacts.restart()
+        if self._contacts is not None:
+            self._contacts.restart()
         self._evaluate()
 
     # -- what a tick does
@@ -226,10 +233,8 @@ class Plant:
         whole, cut = self._body.forces, self._exact.forces
         whole.clear()
         cut.clear()
-        if self.base_mode == "fixed":
-            self._contacts.release()
-        else:
-            self._add_contacts()
+        if self.base_mode == "free" and self._contacts is not None:
+            self._add_contacts(self._contacts)
         if self._pushes.active:
             self._pushes.evaluate(self.time * 1e-9)
         else:
@@ -238,8 +243,7 @@ class Plant:
             whole.add(push.joint, push.wrench_map @ force)
             cut.add(push.joint_cut, push.wrench_map_cut @ force)
 
-    def _add_contacts(self) -> None:
-        contacts = self._contacts
+    def _add_contacts(self, contacts: SoleContacts) -> None:
         contacts.evaluate()
         for i, (joint, joint_cut) in enumerate(
             zip(contacts.joints, contacts.joints_cut, strict=True)
@@ -251,7 +255,8 @@ class Plant:
         """Hold the fallen robot where it is: its body has no contacts besides the soles."""
         self._body.halt()
         self._pushes.restart()
-        self._contacts.release()
+        if self._contacts is not None:
+            self._contacts.release()
         self._body.forces.clear()
         self._exact.forces.clear()
         self._friction_torque = np.zeros(self.robot.n)
@@ -309,9 +314,9 @@ class Plant:
         return [push.id for push in self._pushes.active]
 
     def _support_wrenches(self) -> tuple[tuple[str, ...], Array]:
-        if self.base_mode == "free":
+        if self.base_mode == "free" and self._contacts is not None:
             return self._contacts.frames, self._contacts.wrench_sole.copy()
-        frame = self.robot.supports["pole"][0]
+        frame = self.robot.supports.get("pole", (self.robot.base_link,))[0]
         tree = self.robot.tree
         base_M_frame = placement(tree.model, tree.frame_id(frame)).joint_M_frame
         wrench = base_M_frame.inverse().toDualActionMatrix() @ self.readings.base_wrench

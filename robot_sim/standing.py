@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 from robot_model import Robot
-from robot_sim.contact import Floor
+from robot_sim.contact import Floor, stands_on
 
 GRAVITY = 9.81  # m/s^2
 
@@ -13,9 +13,12 @@ def standing_base(robot: Robot, floor: Floor) -> pin.SE3:
     """Return the pose of the base link, with the soles level under the robot.
 
     The first sole's axes become the world's, the middle of the sole frames is the
-    origin, and the soles sink into the floor until the springs carry the weight.
+    origin, and the soles sink into the floor until the springs carry the weight. A
+    robot without soles has its base at the origin.
     """
-    tree, frames = robot.tree, robot.supports["floor"]
+    tree, frames = robot.tree, stands_on(robot)
+    if not frames:
+        return pin.SE3.Identity()
     data = tree.model.createData()
     pin.framesForwardKinematics(tree.model, data, tree.configuration(robot.home))
     soles = [data.oMf[tree.frame_id(frame)] for frame in frames]
