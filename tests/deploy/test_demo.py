@@ -1,0 +1,99 @@
+"""The demo from the terminal, without a browser."""
+
+import json
+import os
+import re
+import signal
+import urllib.request
+
+import pytest
+
+from bus.testing import eventually
+from deploy.main import run
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+SERVICES = [
+    "hub",
+    "robot_sim",
+    "sensor_server",
+    "base_estimator",
+    "torque_observer",
+    "gravity_compensator",
+    "contact_detector",
+    "dashboard",
+]
+
+
+@pytest.fixture
+def ask(capsys):
+    """Return ``ask(*arguments)``: the JSON document that a verb prints."""
+
+    def asked(*arguments):
+        status = run([*arguments, "--json"])
+        shown = capsys.readouterr()
+        assert status == 0, shown.err
+        return json.loads(shown.out)
+
+    return asked
+
+
+def endpoint(command):
+    """Return where a demo's hub listens."""
+    found = re.search(r"bus: +(\S+)", command.output)
+    assert found
+    return found[1]
+
+
+def is_alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_the_demo_is_tared_takes_pushes_and_can_be_stopped(launch, ask, capsys):
+    demo = launch("demo", "--no-browser")
+    demo.until("stop:    Ctrl-C")
+    assert [row["service"] for row in ask("status") if row["ready"]] == SERVICES
+    page = re.search(r"page: +(\S+)", demo.output)
+    assert page and b"<html" in urllib.request.urlopen(page[1], timeout=20.0).read().lower()
+
+    for service in ("torque_observer", "contact_detector"):
+        done = f"launcher | tare /{service}/rpc:i: done"
+        eventually(lambda done=done: done in demo.errors, 90.0, f"{done}, got {demo.errors}")
+
+    push = ["push", "l_forearm", "--force", "0,0,-10", "--frame", "world"]
+    assert {"push_id", "start_stamp"} <= ask(*push).keys()
+    assert run(["push", "l_foream", "--force", "0,0,-10"]) == 1
+    shown = capsys.readouterr().err
+    assert "l_forearm" in shown and shown.count("\n") == 1
+
+    ask("stop")
+    assert ask("rpc", "/sensor_server/rpc:i", "status")["stopped"] is True
+    ask("stop", "--release")
+    assert ask("rpc", "/sensor_server/rpc:i", "status")["stopped"] is False
+
+
+def test_two_demos_run_at_once_and_leave_nothing_behind(launch, ask, runtime_directory):
+    demos = [launch("demo", "--no-browser", "--profile", "ideal") for _ in range(2)]
+    pids = []
+    for demo in demos:
+        demo.until("stop:    Ctrl-C", 120.0)
+        rows = ask("status", "--connect", endpoint(demo))
+        assert [row["service"] for row in rows] == SERVICES
+        pids += [row["pid"] for row in rows]
+    assert len(set(pids)) == 16
+    for demo in demos:
+        demo.popen.send_signal(signal.SIGINT)
+    assert [demo.end(20.0) for demo in demos] == [0, 0]
+    assert not any(map(is_alive, pids))
+    assert list(runtime_directory.glob("*.json")) == []
+    assert all("Traceback" not in demo.errors for demo in demos)
+
+
+def test_the_demo_ends_by_itself(launch):
+    demo = launch("demo", "--no-browser", "--seconds", "2", "--base", "fixed")
+    assert demo.end() == 0
+    assert "Traceback" not in demo.errors
