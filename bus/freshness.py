@@ -8,6 +8,36 @@ from bus.envelope import Received
 
 PERIODS = 10  # a stream is stale after so many nominal periods without a message ...
 LEAST = 0.02  # ... but not before this many seconds
+LATE = 0.1  # s beyond the usual delay after which a message is old news, though it has just come
+_MEMORY = 5_000_000_000  # ns; the usual delay is the least of the last one or two of these
+
+
+class Lateness:
+    """How much longer than usual the last message took from writer to reader.
+
+    After a stop of the reader, or on a slow link, messages come in good number and
+    are old all the same. Writer and reader may have different clocks, so only the
+    difference to the least delay counts; a jump of a clock is forgotten in seconds.
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self._source = b""
+        self._least = self._before = 0
+        self._renewal = 0
+
+    def arrived(self, source: bytes, sent: int, arrival: int) -> None:
+        """Note a message; times in ns, each of one clock."""
+        delay = arrival - sent
+        if source != self._source:
+            self._source, self._least, self._before = source, delay, delay
+            self._renewal = arrival + _MEMORY
+        elif arrival > self._renewal:
+            self._before, self._least = self._least, delay
+            self._renewal = arrival + _MEMORY
+        elif delay < self._least:
+            self._least = delay
+        self.seconds = (delay - min(self._least, self._before)) * 1e-9
 
 
 class Freshness:
@@ -31,10 +61,13 @@ class Freshness:
         self._exists = exists
         self._arrival = 0  # monotonic [ns], 0 before the first
         self._opened = time.monotonic_ns()
+        self._lateness = Lateness()
 
     def arrived(self, received: Received) -> None:
         """Note a message."""
+        envelope = received.envelope
         self._arrival = received.arrival
+        self._lateness.arrived(envelope.source, envelope.sent, received.arrival)
 
     @property
     def silence(self) -> float:
@@ -48,7 +81,11 @@ class Freshness:
             return False
         if self._clock.lockstep and self._clock.alive:
             return True
-        return not self.limit or self._age() <= self.limit
+        return not self.limit or (self._age() <= self.limit and not self._late)
+
+    @property
+    def _late(self) -> bool:
+        return self._lateness.seconds > max(self.limit, LATE)
 
     def _age(self) -> float:
         """Seconds since the last message, not counting the time that the clock stood paused."""
@@ -63,6 +100,8 @@ class Freshness:
         if self.fresh:
             return ""
         name = " or ".join(self._names)
+        if self._late:
+            return f"data on {name} come {self._lateness.seconds * 1e3:.0f} ms late"
         if self._arrival:
             return f"no data on {name} for {self.silence * 1e3:.0f} ms"
         if not any(map(self._exists, self._names)):

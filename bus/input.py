@@ -61,7 +61,7 @@ class Input:
         self.source = new_source()
         self.epoch = 0
         self.latest: Received | None = None
-        self.statistics = InputStatistics()
+        self._statistics = InputStatistics()
         self._decoder = Decoder(message_type, model, dimensions)
         self._directory = directory
         self._freshness = freshness
@@ -69,11 +69,13 @@ class Input:
         self._samples = SampleQueue(depth)
         self._max_message = max_message
         self._complained = 0.0
+        self._explained = 0
         self._meter = Meter()
+        origins = [(source, source) for source in self.sources] + [(name, None)]
         self._pumps = [
-            _Pump(session, source, source, self._samples, waiter) for source in self.sources
+            _Pump(session, key, origin, self._samples, waiter, max_message)
+            for key, origin in origins
         ]
-        self._pumps.append(_Pump(session, name, None, self._samples, waiter))
 
     def read(self) -> Received | None:
         """Return the next message, or None when there is none; bad ones are skipped."""
@@ -81,7 +83,7 @@ class Input:
             received = self._accept(*item)
             if received is not None:
                 self.latest = received
-                self.statistics.received += 1
+                self._statistics.received += 1
                 self._freshness.arrived(received)
                 return received
         return None
@@ -108,14 +110,19 @@ class Input:
         """Why the input is not fresh, or nothing."""
         return self._freshness.reason
 
+    @property
+    def statistics(self) -> InputStatistics:
+        """What happened to the messages so far."""
+        self._statistics.dropped = self._samples.dropped
+        return self._statistics
+
     def info(self) -> dict[str, Any]:
         """Return what `bus.introspection.port_info` shows."""
-        self._count_drops()
         return {
             "fields": [field.describe() for field in fields_of(self.type)],
             "description": self.type.__doc__ or "",
             "statistics": self.statistics.as_map(),
-            "hz": self._meter.rate(self.statistics.received),
+            "hz": self._meter.rate(self._statistics.received),
             "fresh": self.fresh,
             "reason": self.reason,
         }
@@ -130,13 +137,12 @@ class Input:
         for pump in self._pumps:
             pump.close()
 
-    def _accept(self, sample: zenoh.Sample, arrival: int, origin: str | None) -> Received | None:
-        statistics = self.statistics
+    def _accept(self, sample: Any, arrival: int, origin: str | None) -> Received | None:
+        statistics = self._statistics
         try:
-            payload = sample.payload
-            if len(payload) > self._max_message:
-                raise WireError(f"{len(payload)} bytes, limit {self._max_message}")
-            data, envelope = self._decoder.decode(payload.to_bytes())
+            if type(sample) is int:
+                raise WireError(f"{sample} bytes, limit {self._max_message}")
+            data, envelope = self._decoder.decode(sample.payload.to_bytes())
         except WireError as error:
             statistics.refused += 1
             self._complain(f"refused: {error}")
@@ -149,16 +155,11 @@ class Input:
         if gap < 0:
             statistics.repeated += 1
             return None
-        if gap:
-            self._count_drops()
+        # what this queue dropped and what was refused explains a part of the gap
+        explained = self._samples.passed + statistics.refused
+        statistics.lost += max(0, gap - (explained - self._explained))
+        self._explained = explained
         return Received(data, envelope, arrival)
-
-    def _count_drops(self) -> None:
-        """Split the gaps so far into drops of this queue and losses on the wire."""
-        statistics = self.statistics
-        statistics.dropped = self._samples.dropped
-        # drops may run ahead of the gaps read so far, so only the highest difference is certain
-        statistics.lost = max(statistics.lost, self._sequences.missing - statistics.dropped)
 
     def _complain(self, text: str) -> None:
         now = time.monotonic()
@@ -170,7 +171,8 @@ class Input:
 class _Pump:
     """Moves the samples of one key into an input's queue and wakes the main thread.
 
-    It ends when its subscriber is undeclared: `recv` has no timeout of its own.
+    Of a sample above the limit only its size goes on, so that the queue's memory is
+    bounded. The pump ends when its subscriber is undeclared: `recv` has no timeout of its own.
     """
 
     def __init__(
@@ -180,17 +182,22 @@ class _Pump:
         origin: str | None,
         samples: SampleQueue,
         waiter: Waiter,
+        limit: int,
     ):
         self._subscriber = session.declare_subscriber(key_of(name), RingChannel(_RING))
-        arguments = (self._subscriber.handler.recv, origin, samples.push, waiter.wake)
+        arguments = (self._subscriber.handler.recv, origin, samples.push, waiter.wake, limit)
         self._thread = threading.Thread(target=self._run, args=arguments, name=f"pump {name}")
         self._thread.start()
 
-    def _run(self, receive: Callable, origin: str | None, push: Callable, wake: Callable) -> None:
+    def _run(
+        self, receive: Callable, origin: str | None, push: Callable, wake: Callable, limit: int
+    ) -> None:
         clock = time.monotonic_ns
         try:
             while True:
-                push((receive(), clock(), origin))
+                sample = receive()
+                size = len(sample.payload)
+                push((sample if size <= limit else size, clock(), origin))
                 wake()
         except zenoh.ZError:
             wake()

@@ -6,10 +6,13 @@ from typing import Any
 
 
 class SampleQueue:
-    """Keeps the newest ``depth`` items; ``dropped`` counts those that newer ones pushed out."""
+    """Keeps the newest ``depth`` items; ``dropped`` counts those that newer ones pushed out.
+
+    ``passed`` is that count as it was at the last `pop`: how many went before the item.
+    """
 
     def __init__(self, depth: int):
-        self.dropped = 0
+        self.dropped = self.passed = 0
         self._depth = depth
         self._items: deque[Any] = deque()
         self._lock = threading.Lock()
@@ -27,4 +30,5 @@ class SampleQueue:
         if not self._items:  # the common case of a poll, without the lock
             return None
         with self._lock:
+            self.passed = self.dropped
             return self._items.popleft()

@@ -4,10 +4,9 @@ _WRITERS = 64  # remembered; a key with more writers than this counts no gaps fo
 
 
 class Sequences:
-    """The last sequence number of each source; ``missing`` is the sum of all gaps."""
+    """The last sequence number of each source."""
 
     def __init__(self) -> None:
-        self.missing = 0
         self._last: dict[bytes, int] = {}
 
     def gap(self, source: bytes, seq: int) -> int:
@@ -21,6 +20,4 @@ class Sequences:
         if seq <= last:
             return -1
         self._last[source] = seq
-        gap = seq - last - 1
-        self.missing += gap
-        return gap
+        return seq - last - 1

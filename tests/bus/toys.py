@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from bus import Input, Node, Pending
 from bus.service import serve
-from tests.bus.messages import Number
+from tests.bus.messages import Mixed, Number
 
 
 class Settings(BaseModel):
@@ -26,6 +26,7 @@ def main(node: Node, settings: Settings) -> None:
     """Double what comes in; write zeros, marked invalid, while nothing comes."""
     inp = node.input(f"/{node.name}/in:i", Number, source="/test/out:o", depth=64, rate=100.0)
     out = node.output(settings.output, Number, rate=settings.rate)
+    node.input(f"/{node.name}/big:i", Mixed, source="/test/big:o", max_message=1 << 20)
     node.verb("double", lambda value: 2 * value, help="twice the value")
     node.verb("later", Later(node).ask)
     node.verb("hang", lambda seconds=1.0: time.sleep(seconds))

@@ -1,0 +1,113 @@
+"""When data are too old, decided without a bus."""
+
+import pytest
+
+from bus.clock import SessionClock
+from bus.envelope import Envelope, Received
+from bus.freshness import Freshness, Lateness
+
+SECOND = 1_000_000_000  # ns
+OFFSET = 1_700_000_000 * SECOND  # between the writer's wall clock and our monotonic one
+
+
+@pytest.fixture
+def now(monkeypatch):
+    """Our monotonic clock, moved by hand: a list of one number [s]."""
+    time = [1000.0]
+    monkeypatch.setattr("time.monotonic_ns", lambda: round(time[0] * SECOND))
+    return time
+
+
+def message(sent, arrival, source=b"s" * 16):
+    """Return a message sent and received at times of our clock [s]."""
+    stamp = round(sent * SECOND) + OFFSET
+    envelope = Envelope("X/1", source, 0, 1, stamp, 0, stamp, stamp, True, "", "")
+    return Received(None, envelope, round(arrival * SECOND))
+
+
+def stream(now, rate=100.0, lockstep=False):
+    clock = SessionClock(lockstep)
+    return Freshness(["/w/x:o"], rate, clock, lambda name: True), clock
+
+
+@pytest.mark.parametrize(
+    ("rate", "limit"), [(1000.0, 0.02), (500.0, 0.02), (100.0, 0.1), (25.0, 0.4)]
+)
+def test_the_limit_is_ten_periods_but_not_below_20_ms(now, rate, limit):
+    freshness, _ = stream(now, rate)
+    assert not freshness.fresh
+    freshness.arrived(message(now[0], now[0]))
+    now[0] += 0.99 * limit
+    assert freshness.fresh
+    now[0] += 0.02 * limit
+    assert not freshness.fresh
+    assert freshness.reason == f"no data on /w/x:o for {1010 * limit:.0f} ms"
+
+
+def test_events_do_not_age(now):
+    freshness, _ = stream(now, rate=0.0)
+    freshness.arrived(message(now[0], now[0]))
+    now[0] += 1000.0
+    assert freshness.fresh
+
+
+def test_in_lockstep_only_a_silent_clock_makes_data_stale(now):
+    freshness, clock = stream(now, lockstep=True)
+    clock._seen_at = round(now[0] * SECOND)
+    freshness.arrived(message(now[0], now[0]))
+    now[0] += 0.4
+    assert freshness.fresh
+    now[0] += 0.4
+    assert not freshness.fresh
+
+
+def test_a_pause_is_not_counted(now):
+    freshness, clock = stream(now)
+    freshness.arrived(message(now[0], now[0]))
+    clock._paused_at = clock._seen_at = round((now[0] + 0.03) * SECOND)
+    for _ in range(100):
+        now[0] += 0.1
+        clock._seen_at = round(now[0] * SECOND)
+        assert freshness.fresh
+    clock._paused_at, clock.resumed_at = 0, round(now[0] * SECOND)
+    now[0] += 0.09
+    assert freshness.fresh
+    now[0] += 0.02
+    assert not freshness.fresh
+
+
+def test_a_stream_that_was_stale_before_the_pause_stays_stale(now):
+    freshness, clock = stream(now)
+    freshness.arrived(message(now[0], now[0]))
+    now[0] += 0.2
+    clock._paused_at = clock._seen_at = round(now[0] * SECOND)
+    assert not freshness.fresh
+
+
+def test_old_news_is_not_fresh_although_it_has_just_come(now):
+    freshness, _ = stream(now, rate=1000.0)
+    for _ in range(10):
+        now[0] += 0.001
+        freshness.arrived(message(now[0] - 0.0005, now[0]))
+    assert freshness.fresh
+    now[0] += 2.0  # the reader was stopped; now it reads what has waited for it
+    freshness.arrived(message(now[0] - 1.9, now[0]))
+    assert not freshness.fresh
+    assert freshness.reason == "data on /w/x:o come 1900 ms late"
+    freshness.arrived(message(now[0] - 0.001, now[0]))
+    assert freshness.fresh and freshness.reason == ""
+
+
+def test_a_jump_of_the_writers_clock_is_forgotten():
+    lateness, source = Lateness(), b"s" * 16
+    seen = []
+    for k in range(1500):
+        jump = 0 if k < 100 else -3600 * SECOND
+        at = k * SECOND // 100
+        lateness.arrived(source, at + jump, at)
+        seen.append(lateness.seconds)
+    assert max(seen[:100]) == 0.0
+    assert seen[100] == 3600.0
+    assert seen[-1] == 0.0
+    lateness.arrived(b"t" * 16, 0, 7 * SECOND)
+    assert lateness.seconds == 0.0
