@@ -21,5 +21,5 @@ def demo_application(robot: str, scenario: str, profile: str, base: str) -> Appl
     except (DescriptionError, LookupError, ValueError, OSError) as error:
         raise UsageError(str(error)) from None
     application = load_application("demo").with_common({"robot": robot, "support": SUPPORT[base]})
-    plant = {"profile": profile, "base": base, "scenario": scenario}
-    return application.with_params("robot_sim", plant)
+    application = application.with_params("robot_sim", {"profile": profile, "base": base})
+    return application.with_arguments("scenario", {"name": scenario})

@@ -119,7 +119,8 @@ class ScenarioPlayer:
         self.restart()
 
     def restart(self) -> None:
-        """Begin again; call it after every reset of the plant."""
+        """Begin again, now; call it after every reset of the plant."""
+        self._begin = self._plant.time
         self._random = np.random.default_rng(self._seed)
         self._planned = sorted(self.scenario.pushes, key=lambda push: push.at)
         touches = self.scenario.touches
@@ -129,7 +130,7 @@ class ScenarioPlayer:
 
     def step(self) -> None:
         """Start what is due with the plant's next step."""
-        time = (self._plant.time + TICK) * 1e-9
+        time = (self._plant.time + TICK - self._begin) * 1e-9
         while self._planned and self._planned[0].at <= time:
             due = self._planned.pop(0)
             self._plant.push(**due.model_dump(exclude={"at"}))

@@ -26,7 +26,7 @@ class Simulation:
     def __init__(self, node: Node, robot: Robot, config: SimConfig):
         self._node, self._config = node, config
         self.plant = Plant(robot, config.base, config.profile, config.seed, config.plant)
-        self.player = ScenarioPlayer(self.plant, load_scenario(config.scenario, robot), config.seed)
+        self.play(config.scenario)
         self.paused = config.paused
         self.ticks = self.refused = 0
         self.waiting_for = ""
@@ -34,6 +34,12 @@ class Simulation:
         self._steps: list[tuple[int, Pending]] = []  # ticks asked for while paused
         self._resets = 0
         self._open_ports(robot)
+
+    def play(self, scenario: str) -> None:
+        """Begin a scenario, by name or file, now; LookupError or ValueError when it is wrong."""
+        plant = self.plant
+        self.player = ScenarioPlayer(plant, load_scenario(scenario, plant.robot), self._config.seed)
+        self.scenario = scenario
 
     def _open_ports(self, robot: Robot) -> None:
         node, config = self._node, self._config

@@ -24,7 +24,8 @@ class Verbs:
         self._simulation = simulation
         self._plant = simulation.plant
         verbs = ("push", "release", "reset", "pause", "resume", "step", "base", "motion")
-        handlers = {verb: getattr(self, verb) for verb in (*verbs, "profile", "status")}
+        names = (*verbs, "scenario", "profile", "status")
+        handlers = {verb: getattr(self, verb) for verb in names}
         node.rpc(ports.sim_rpc(simulation.plant.robot), handlers)
         for verb, handler in handlers.items():
             node.verb(verb, handler)
@@ -87,6 +88,11 @@ class Verbs:
         self._plant.motion(None if name == "stop" else scenario.motion(name))
         return {"motion": name, "known": sorted(scenario.motions)}
 
+    def scenario(self, name: str) -> dict[str, str]:
+        """Begin a scenario, by name or file, now; what is pushed already stays pushed."""
+        self._simulation.play(name)
+        return {"scenario": name}
+
     def profile(self, name: str) -> dict[str, str]:
         """Change the noise profile of the sensors."""
         self._plant.profile(name)
@@ -101,7 +107,7 @@ class Verbs:
             "time": plant.time,
             "base": plant.base_mode,
             "profile": plant.profile_name,
-            "scenario": self._config.scenario,
+            "scenario": simulation.scenario,
             "motion": plant.motion_name,
             "motions": sorted(simulation.player.scenario.motions),
             "fallen": plant.fallen,

@@ -73,6 +73,14 @@ class Application(Part):
         """Return a copy in which ``params`` override those of every service."""
         return self.model_copy(update={"common": {**self.common, **params}})
 
+    def with_arguments(self, verb: str, args: dict[str, Any]) -> "Application":
+        """Return a copy in which the requests of a verb carry other arguments."""
+        requests = [
+            request.model_copy(update={"args": args}) if request.verb == verb else request
+            for request in self.once_ready
+        ]
+        return self.model_copy(update={"once_ready": requests})
+
 
 def load_application(name: str) -> Application:
     """Read an application file.

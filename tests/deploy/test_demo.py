@@ -64,6 +64,7 @@ def test_the_demo_is_tared_takes_pushes_and_can_be_stopped(launch, ask, capsys):
         done = f"launcher | tare /{service}/rpc:i: done"
         eventually(lambda done=done: done in demo.errors, 90.0, f"{done}, got {demo.errors}")
 
+    eventually(lambda: "launcher | scenario /robot_sim/rpc:i: done" in demo.errors)
     push = ["push", "l_forearm", "--force", "0,0,-10", "--frame", "world"]
     assert {"push_id", "start_stamp"} <= ask(*push).keys()
     assert run(["push", "l_foream", "--force", "0,0,-10"]) == 1

@@ -65,6 +65,16 @@ def test_the_robot_stands_through_the_demo(robot):
     assert not plant.fallen
 
 
+def test_a_scenario_begins_when_it_is_asked_for(robot):
+    plant = Listener()
+    plant.time = 20_000_000_000
+    player = ScenarioPlayer(plant, load_scenario("demo", robot))
+    for _ in range(10_000):
+        player.step()
+        plant.time += TICK
+    assert min(entry[0] for entry in plant.asked) > 23_000_000_000
+
+
 def test_a_planned_push_acts_when_it_should(robot, tmp_path):
     file = tmp_path / "poke.yaml"
     file.write_text(
