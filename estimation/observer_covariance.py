@@ -52,11 +52,11 @@ class _Maps:
 
     def __init__(self, observer: TorqueObserver, q: np.ndarray):
         graph = observer.graph
-        data = graph.model.createData()
         full = graph.neutral.copy()
         full[graph.tree.joint_q] = q
-        jacobian = pin.computeJointJacobians(graph.model, data, full).copy()
-        inertial = _acceleration_columns(graph.model, data, full)
+        jacobian = pin.computeJointJacobians(graph.model, graph.data, full).copy()
+        bare = graph.bare_model
+        inertial = _acceleration_columns(bare, graph.bare_data, full[: bare.nq])
         entering = self._entering(observer, inertial)
         entering_v = np.vstack([np.arange(6), graph.tree.cut_v])
         force_maps = np.linalg.inv(jacobian[:, entering_v].transpose(1, 2, 0))

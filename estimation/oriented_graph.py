@@ -41,6 +41,9 @@ class OrientedGraph:
         self._leaves = [self._add_leaf(f"contact_{s.name}") for s in robot.subtrees]
         self._add_default_leaves()
         self.neutral = pin.neutral(model)
+        # Shared by all who compute on the graph, one after the other: Pinocchio's data
+        # grow with nv^3, here to 100 MB and 0.2 s.
+        self.data, self.bare_data = model.createData(), self.bare_model.createData()
         self.place(contacts)
 
     @property

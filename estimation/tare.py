@@ -163,12 +163,12 @@ class Tare:
         b is the external wrench that the sub-tree seems to feel, about the root frame.
         """
         graph = self._graph
-        model, tree = graph.model, graph.tree
-        data, q, a = model.createData(), graph.neutral.copy(), np.zeros(model.nv)
+        tree, bare, q = graph.tree, graph.bare_model, graph.neutral.copy()
         q[tree.joint_q] = rest.q
+        a = np.zeros(bare.nv)
         a[:3] = rest.acc
-        tau = pin.rnea(model, data, q, np.zeros(model.nv), a)
-        jacobian = pin.computeJointJacobians(model, data, q)
+        tau = pin.rnea(bare, graph.bare_data, q[: bare.nq], np.zeros(bare.nv), a)
+        jacobian = pin.computeJointJacobians(graph.model, graph.data, q)
         maps = np.linalg.inv(jacobian[:, tree.cut_v].transpose(1, 2, 0))
         sign = tree.cut_sign[:, None]
         through = np.vstack([tau[:6], tau[tree.cut_v] - sign * (rest.ft - offset)])

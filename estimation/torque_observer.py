@@ -114,7 +114,7 @@ class TorqueObserver:
         """Take views of Pinocchio's results, which stay where they are in memory."""
         tree, self._model = self.graph.tree, self.graph.model
         self._bare = self.graph.bare_model
-        self._data, self._bare_data = self._model.createData(), self._bare.createData()
+        self._data, self._bare_data = self.graph.data, self.graph.bare_data
         self._q = self.graph.neutral.copy()
         self._bare_q = self._q[: self._bare.nq]  # leaves come last
         self._v, self._a = np.zeros(self._bare.nv), np.zeros(self._bare.nv)
