@@ -17,5 +17,6 @@ def _clock(config: DashboardConfig) -> str:
 
 
 if __name__ == "__main__":
-    os.nice(NICE)  # before any thread exists: on Linux niceness belongs to the thread
+    # before any thread exists: on Linux niceness belongs to the thread
+    os.setpriority(os.PRIO_PROCESS, 0, max(NICE, os.getpriority(os.PRIO_PROCESS, 0)))
     sys.exit(serve(main, DashboardConfig, "dashboard", __package__, clock_port=_clock))

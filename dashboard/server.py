@@ -80,6 +80,7 @@ def _furnish(server: PageServer) -> None:
     server.gui.set_panel_label("Wrenchbus")
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(PANEL_WIDTH)
+    server.scene.configure_default_lights(cast_shadow=False)  # halves the work of a weak GPU
     server.scene.set_up_direction("+z")
     server.scene.add_light_hemisphere(
         "/light", sky_color=(255, 250, 244), ground_color=(120, 130, 150), intensity=1.2

@@ -1,11 +1,10 @@
 """What the tests of the page share."""
 
+import numpy as np
 import pytest
 
 from dashboard.placement import Placement
 from robot_model import Robot, load_robot
-
-pytest_plugins = ["bus.testing"]
 
 
 @pytest.fixture(scope="session")
@@ -18,5 +17,5 @@ def placement(robot: Robot) -> Placement:
     """The robot at home, its base turned by a quarter about the vertical, 0.6 m up."""
     placed = Placement(robot)
     half = 0.5**0.5
-    placed.update(robot.home, [0.0, 0.0, 0.6], [half, 0.0, 0.0, half])
+    placed.update(robot.home, np.array([0.0, 0.0, 0.6]), np.array([half, 0.0, 0.0, half]))
     return placed

@@ -1,4 +1,5 @@
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from dashboard.forces import Force, estimated_forces, segments, true_forces
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def wrenches(**changes):
+def wrenches(**changes: Any) -> Any:
     values = {
         "frame": ["l_sole", "l_hand"],
         "link": ["l_foot", "l_hand"],
@@ -44,7 +45,7 @@ def test_small_forces_and_forces_of_the_other_kind_are_left_out():
 
 
 def test_true_push_keeps_its_world_axes_and_support_force_is_turned(placement):
-    truth = SimpleNamespace(
+    truth: Any = SimpleNamespace(
         pushes=[{"id": 1, "link": "l_forearm", "point": [0, 0, 0], "force_world": [1, 2, 3]}],
         support_frames=["l_sole"],
         support_wrench=np.array([[0, 0, 150.0, 0, 0, 0]]),

@@ -6,6 +6,7 @@ import viser
 from pydantic import ValidationError
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
 
 from bus.testing import eventually
 from dashboard.config import DashboardConfig
@@ -28,7 +29,8 @@ def taken():
 
 def join(server: PageServer, origin: str | None):
     url = f"ws://127.0.0.1:{server.get_port()}"
-    return connect(url, origin=origin, subprotocols=[f"viser-v{viser.__version__}"])
+    version = Subprotocol(f"viser-v{viser.__version__}")
+    return connect(url, origin=Origin(origin) if origin else None, subprotocols=[version])
 
 
 def test_port_zero_becomes_a_free_one(server):

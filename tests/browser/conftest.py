@@ -1,0 +1,67 @@
+"""A browser for the tests of this folder."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+from dashboard.chromium import open_browser, show
+
+SIZE = (800, 600)  # [px]; small, because everything is drawn in software
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    with open_browser() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="session")
+def screenshots(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where pictures for whoever looks after a failure are put."""
+    return tmp_path_factory.mktemp("screenshots")
+
+
+class Looked:
+    """A page that is open in the browser, and what went wrong in it."""
+
+    def __init__(self, browser: Browser, url: str):
+        self.errors: list[str] = []
+        self.page: Page = show(browser, url, *SIZE, on_error=self.errors.append)
+
+    def text(self, identifier: str) -> str:
+        """Return the text of one of the page's lines."""
+        return self.page.locator(f"#{identifier}").inner_text()
+
+    def press(self, label: str) -> None:
+        """Press a button."""
+        self.page.get_by_role("button", name=label, exact=True).click()
+
+    def open_tab(self, label: str) -> None:
+        """Turn to a tab."""
+        self.page.get_by_role("tab", name=label, exact=True).click()
+
+    def await_text(self, identifier: str, pattern: str) -> None:
+        """Wait until a line matches a regular expression; say what it reads when it does not."""
+        test = "([id, pattern]) => new RegExp(pattern).test(document.getElementById(id)?.innerText)"
+        try:
+            self.page.wait_for_function(test, arg=[identifier, pattern])
+        except TimeoutError:
+            pytest.fail(f"{identifier}: expected {pattern!r}, reads {self.text(identifier)!r}")
+
+
+@pytest.fixture
+def look(browser: Browser, screenshots: Path, request: pytest.FixtureRequest) -> Iterator:
+    """Return ``look(url)``, which opens a page; its picture is kept, its errors fail the test."""
+    opened: list[Looked] = []
+
+    def open_page(url: str) -> Looked:
+        opened.append(Looked(browser, url))
+        return opened[-1]
+
+    yield open_page
+    for i, looked in enumerate(opened):
+        looked.page.screenshot(path=screenshots / f"{request.node.name}-{i}.png")
+        looked.page.close()
+        assert not looked.errors

@@ -1,0 +1,64 @@
+"""The page by itself: a feeder plays the services."""
+
+import pytest
+
+from bus import Node
+from dashboard.chromium import choose
+
+pytestmark = [pytest.mark.browser, pytest.mark.system, pytest.mark.timeout(600)]
+
+
+@pytest.fixture
+def page(start, hub, look):
+    """A page that shows what a feeder says."""
+    start("tests.dashboard.feeder")
+    start("dashboard")
+    with Node("reader", connect=hub, signals=False) as reader:
+        url = reader.call("/dashboard/rpc:i", "status")["url"]
+    return look(url)
+
+
+def test_page_shows_state_and_contact_and_its_buttons_work(page):
+    page.await_text("status", "^live")
+    page.await_text("alarm", "^no contact$")
+
+    choose(page.page, "Link", "l_forearm")
+    page.press("Push")
+    page.await_text("last", r"^last contact: l_forearm 15\.0 N p=0\.90, \d+ s ago$")
+    page.await_text("result", "^push 15 N ")
+
+    page.press("Tare")
+    page.await_text("result", "^tare contact_detector: tare refused: the robot moves")
+
+    page.press("Pause")
+    page.await_text("status", "^paused")
+    page.press("Resume")
+    page.await_text("status", "^live")
+
+    page.press("Stop")
+    page.await_text("status", "stopped")
+    page.press("Release")
+    page.await_text("status", "^live t = [0-9.]+ s$")
+
+
+def test_ports_and_help_are_one_click_away(page):
+    page.open_tab("Ports")
+    page.await_text("ports", "/icub/sensors:o")
+    page.open_tab("Help")
+    page.page.get_by_text("estimated wrench of a touch").wait_for()
+    page.open_tab("Live")
+    page.page.get_by_role("button", name="Push", exact=True).wait_for()
+
+
+def test_silence_looks_stale_and_passes(start, hub, look):
+    feeder = start("tests.dashboard.feeder")
+    start("dashboard")
+    with Node("reader", connect=hub, signals=False) as reader:
+        url = reader.call("/dashboard/rpc:i", "status")["url"]
+    page = look(url)
+    page.await_text("status", "^live")
+    feeder.kill()
+    page.await_text("status", "^stale: no data on /icub/sensors:o for ")
+    page.await_text("alarm", "^contact unknown: ")
+    start("tests.dashboard.feeder")
+    page.await_text("status", "^live")

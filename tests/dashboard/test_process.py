@@ -1,0 +1,44 @@
+"""The page as a process, without a browser."""
+
+import socket
+import urllib.request
+
+import pytest
+
+from bus.testing import Process, eventually
+
+pytestmark = pytest.mark.system
+
+
+def end_of(process: Process) -> int:
+    """Return the exit status of a process that ends by itself."""
+    return process.popen.wait(20.0)
+
+
+def test_status_tells_the_address_and_the_address_answers(start, node):
+    process = start("dashboard")
+    url = node.call("/dashboard/rpc:i", "status")["url"]
+    with urllib.request.urlopen(url, timeout=10) as answer:
+        assert b"<html" in answer.read()
+    assert f"dashboard: {url}\n" in eventually(lambda: process.output)
+
+
+def test_busy_port_ends_the_process_with_one_line_that_names_the_holder(hub):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        process = Process("dashboard", "--connect", hub, "--set", f"port={port}")
+        try:
+            assert end_of(process) == 1
+            assert process.output.count("\n") == 1
+            assert f"port {port} of 127.0.0.1 is taken by pid " in process.output
+        finally:
+            process.clean_up()
+
+
+def test_address_that_others_can_reach_is_refused(hub):
+    process = Process("dashboard", "--connect", hub, "--set", "host=0.0.0.0")
+    try:
+        assert end_of(process) == 2
+        assert "loopback" in process.output
+    finally:
+        process.clean_up()
