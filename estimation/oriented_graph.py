@@ -16,7 +16,7 @@ from robot_model.tree import build_tree
 
 
 class OrientedGraph:
-    """Re-rooted, cut model with a contact leaf and a default-frame leaf per sub-tree.
+    """Re-rooted, cut model with a contact leaf per sub-tree.
 
     "Below" is away from the inertial sensor. Sizes: n joints, k sensors, s = k + 1
     sub-trees; column 0 of ``incidence`` is the wrench at the root, column i + 1 that
@@ -39,36 +39,31 @@ class OrientedGraph:
         self.entry = [self._enter(model.frames[i].parentJoint) for i in links]
         self.incidence = self._incidence()
         self._leaves = [self._add_leaf(f"contact_{s.name}") for s in robot.subtrees]
-        self._add_default_leaves()
         self.neutral = pin.neutral(model)
         # Shared by all who compute on the graph, one after the other: Pinocchio's data
-        # grow with nv^3, here to 100 MB and 0.2 s.
+        # grow with nv^3, here to 50 MB and 0.1 s.
         self.data, self.bare_data = model.createData(), self.bare_model.createData()
         self.place(contacts)
 
     @property
     def leaf_v(self) -> int:
-        """Start in v of the leaves: s contacts, then s default frames, six each."""
+        """Start in v of the leaves, six each."""
         return self.model.joints[self._leaves[0]].idx_v
 
-    def _add_leaf(self, name: str, parent: int = 1, placement: pin.SE3 | None = None) -> int:
+    def _add_leaf(self, name: str) -> int:
         # Leaves come last: a parent may then change to any joint and still precede its leaf.
-        at = pin.SE3.Identity() if placement is None else placement
-        return self.model.addJoint(parent, pin.JointModelFreeFlyer(), at, name)
+        free = pin.JointModelFreeFlyer()
+        return self.model.addJoint(1, free, pin.SE3.Identity(), name)
 
-    def _add_default_leaves(self) -> None:
-        for subtree in self.robot.subtrees:
-            parent, placement = self._locate(*self.robot.frame(subtree.default_frame))
-            self._add_leaf(f"default_{subtree.name}", parent, placement)
-
-    def _locate(self, link: str, link_m_place: pin.SE3) -> tuple[int, pin.SE3]:
+    def locate(self, link: str, link_m_place: pin.SE3) -> tuple[int, pin.SE3]:
+        """Return the model joint that carries a place on a link, and joint_M_place."""
         frame = self.model.frames[self.tree.frame_id(link)]
         return frame.parentJoint, frame.placement * link_m_place
 
     def place(self, contacts: Sequence[Contact]) -> None:
         """Move the contact leaves; takes effect at the next call of a kinematic algorithm."""
         for leaf, contact in zip(self._leaves, contacts, strict=True):
-            parent, placement = self._locate(contact.link, contact.placement)
+            parent, placement = self.locate(contact.link, contact.placement)
             self.model.parents[leaf] = parent
             self.model.jointPlacements[leaf] = placement
         self.contact_below = self._below(self._leaves).astype(float)

@@ -107,8 +107,19 @@ class TorqueObserver:
         external_imu = self._incidence @ entering_imu
         below = self._contact_below @ external_imu
         torque = self._tau[self._joint_v] - np.vecdot(self._joint_axes, below)
-        wrench, subtree_wrench = np.matvec(self._leaf_maps, external_imu)
+        wrench = np.matvec(self._leaf_maps, external_imu)
+        subtree_wrench = self._about_default_frames(wrench, external_imu)
         return Estimate(torque, wrench, subtree_wrench, predicted, measured)
+
+    def _about_default_frames(self, wrench: np.ndarray, external_imu: np.ndarray) -> np.ndarray:
+        """Shift the wrenches of those sub-trees whose contact is not at the default frame."""
+        if not self._moved:
+            return wrench
+        shifted = wrench.copy()
+        for row, joint, joint_m_frame in self._moved:
+            imu_m_frame = self._data.oMi[joint] * joint_m_frame
+            shifted[row] = imu_m_frame.actInv(pin.Force(external_imu[row])).vector
+        return shifted
 
     def _bind(self) -> None:
         """Take views of Pinocchio's results, which stay where they are in memory."""
@@ -148,8 +159,15 @@ class TorqueObserver:
         self._force_maps = self._gathered[: 36 * s].reshape(s, 6, 6)
         self._joint_axes = self._gathered[36 * s :].reshape(-1, 6)
         start = self.graph.leaf_v
-        self._leaf_maps = columns[start : start + 12 * s].reshape(2, s, 6, 6)
+        self._leaf_maps = columns[start : start + 6 * s].reshape(s, 6, 6)
 
     def _combine(self) -> None:
         """Recompute what depends on the contacts."""
         self._contact_below = self.graph.contact_below
+        self._moved = [
+            (i, *self.graph.locate(*self.robot.frame(subtree.default_frame)))
+            for i, (subtree, contact) in enumerate(
+                zip(self.robot.subtrees, self.contacts, strict=True)
+            )
+            if contact.frame != subtree.default_frame or contact.kind == "touch"
+        ]
