@@ -39,7 +39,7 @@ def claim(session: zenoh.Session, tokens: list[Token], asker: "Asker") -> None:
         owners = [token for key, _ in taken if (token := Token.parse(key)) is not None]
         patience = PATIENCE + (GRANT if any(granted for _, granted in taken) else 0.0)
         if time.monotonic() > started + patience:
-            raise NameTaken("; ".join(map(describe, owners)))
+            raise NameTaken(_describe_all(owners))
         time.sleep(0.02)
 
 
@@ -88,10 +88,19 @@ class Asker:
             )
 
 
-def describe(token: Token) -> str:
-    """Return who has a name, and since when."""
-    since = datetime.fromtimestamp(opened_at(token.source) / 1e9).strftime("%H:%M:%S")
-    return f"the name {token.name} is taken by {token.owner}, since {since}"
+def describe(*tokens: Token) -> str:
+    """Return who has one or more names, and since when."""
+    names = [token.name for token in tokens]
+    listed = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    first = min(tokens, key=lambda token: token.source)
+    since = datetime.fromtimestamp(opened_at(first.source) / 1e9).strftime("%H:%M:%S")
+    verb = "name {} is" if len(names) == 1 else "names {} are"
+    return f"the {verb.format(listed)} taken by {first.owner}, since {since}"
+
+
+def _describe_all(tokens: list[Token]) -> str:
+    owners = sorted({token.owner for token in tokens})
+    return "; ".join(describe(*(t for t in tokens if t.owner == owner)) for owner in owners)
 
 
 class Arbiter:

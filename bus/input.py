@@ -73,7 +73,7 @@ class Input:
         self._meter = Meter()
         origins = [(source, source) for source in self.sources] + [(name, None)]
         self._pumps = [
-            _Pump(session, key, origin, self._samples, waiter, max_message)
+            _Pump(session, key, origin, self._samples, waiter, max_message, directory)
             for key, origin in origins
         ]
 
@@ -137,7 +137,9 @@ class Input:
         for pump in self._pumps:
             pump.close()
 
-    def _accept(self, sample: Any, arrival: int, origin: str | None) -> Received | None:
+    def _accept(
+        self, sample: Any, arrival: int, origin: str | None, leader: bytes | None
+    ) -> Received | None:
         statistics = self._statistics
         try:
             if type(sample) is int:
@@ -147,7 +149,7 @@ class Input:
             statistics.refused += 1
             self._complain(f"refused: {error}")
             return None
-        if origin is not None and self._directory.leader(origin) != envelope.source:
+        if origin is not None and envelope.source not in (leader, self._directory.leader(origin)):
             statistics.foreign += 1
             self._complain(f"ignored: its writer does not own {origin}")
             return None
@@ -183,21 +185,23 @@ class _Pump:
         samples: SampleQueue,
         waiter: Waiter,
         limit: int,
+        directory: Directory,
     ):
+        self._limit, self._leader = limit, directory.leader
         self._subscriber = session.declare_subscriber(key_of(name), RingChannel(_RING))
-        arguments = (self._subscriber.handler.recv, origin, samples.push, waiter.wake, limit)
+        arguments = (self._subscriber.handler.recv, origin, samples.push, waiter.wake)
         self._thread = threading.Thread(target=self._run, args=arguments, name=f"pump {name}")
         self._thread.start()
 
-    def _run(
-        self, receive: Callable, origin: str | None, push: Callable, wake: Callable, limit: int
-    ) -> None:
-        clock = time.monotonic_ns
+    def _run(self, receive: Callable, origin: str | None, push: Callable, wake: Callable) -> None:
+        clock, limit, leader = time.monotonic_ns, self._limit, self._leader
         try:
             while True:
                 sample = receive()
                 size = len(sample.payload)
-                push((sample if size <= limit else size, clock(), origin))
+                # the owner at arrival: when the message is read, it may have left for good
+                owner = leader(origin) if origin is not None else None
+                push((sample if size <= limit else size, clock(), origin, owner))
                 wake()
         except zenoh.ZError:
             wake()

@@ -262,10 +262,12 @@ class Node:
             self._close()
 
     def _close(self) -> None:
-        for token in self._tokens:
+        for token in self._tokens[:1]:  # not ready any more
             token.undeclare()
         for port in self._ports.values():
             port.close()
+        for token in self._tokens[1:]:  # a name is given back when nothing is written on it
+            token.undeclare()
         for part in self._parts:
             part.close()
         self.session.close()

@@ -35,7 +35,7 @@ def free_port() -> int:
         return sock.getsockname()[1]
 
 
-def eventually(predicate: Callable[[], T], timeout: float = 10.0, what: str = "") -> T:
+def eventually(predicate: Callable[[], T], timeout: float = 30.0, what: str = "") -> T:
     """Return the first true value of ``predicate()``; fail when none came in time."""
     deadline = time.monotonic() + timeout
     while not (value := predicate()):

@@ -261,3 +261,14 @@ def test_an_unknown_port_is_answered_with_near_names(writer, node):
         wait_for_port(node, "/w/y:o", timeout=0.05)
     with pytest.raises(BusError, match="service nobody is not ready.*ready are: .*writer"):
         wait_for_service(node, "nobody", timeout=0.05)
+
+
+def test_what_a_writer_wrote_before_it_left_is_read(writer, node):
+    out, inp = pair(writer, node)
+    for k in range(20):
+        out.write(Number(value=float(k)))
+    eventually(lambda: len(inp._samples._items) == 20)
+    writer.close()
+    eventually(lambda: node.directory.owner("/w/x:o") is None)
+    assert len(collect(node, inp, 20)) == 20
+    assert inp.statistics.foreign == 0

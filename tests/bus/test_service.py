@@ -14,7 +14,7 @@ TOY = [sys.executable, "-m", "tests.bus.toys"]
 
 
 def run(*arguments):
-    return subprocess.run([*TOY, *arguments], capture_output=True, text=True, timeout=60)
+    return subprocess.run([*TOY, *arguments], capture_output=True, text=True, timeout=120)
 
 
 def test_help_shows_the_options_and_an_example():
