@@ -24,7 +24,7 @@ MODULES = {
 # what is computed, and must therefore be valid or say why not
 STREAMS = ("sensors", "base", "torques", "wrenches", "ft_prediction")
 STREAMS += ("gravity", "residuals", "contacts")
-PATIENCE = 30.0  # s; two loaded cores
+PATIENCE = 60.0  # s; two loaded cores
 SILENT = 0.5  # s without a message
 
 

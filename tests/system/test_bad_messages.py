@@ -8,7 +8,7 @@ from bus.introspection import list_ports, port_info
 from tests.system.forgery import bad_messages
 from tests.system.stack import Stack
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
 
 def names(stack: Stack, direction: str) -> list[str]:

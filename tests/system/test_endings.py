@@ -9,7 +9,7 @@ import pytest
 from robot_model import Robot
 from tests.system.stack import Stack
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 WITHIN = 5.0  # s
 
 

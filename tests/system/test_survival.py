@@ -4,7 +4,7 @@ import pytest
 
 from tests.system.stack import MODULES, STREAMS, Stack
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 SERVICES = ("hub", *MODULES)
 OWNED = {
     "robot_sim": (),

@@ -15,7 +15,7 @@ from bus import Node
 from robot_model import Robot, messages, ports
 from tests.system.stack import MODULES, STREAMS, Stack
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 TICKS = 300
 PARTICIPANTS = [name for name in MODULES if name not in ("robot_sim", "dashboard")]
 EXACT = ("sensors", "torques", "wrenches", "ft_prediction", "base")
