@@ -1,5 +1,7 @@
 """The torque observer as a process."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -92,8 +94,6 @@ def test_a_changed_support_changes_the_kinds_and_a_wrong_one_is_refused(feed):
 
 
 def test_tare_refuses_a_moving_robot_and_answers_a_resting_one(feed, hub):
-    from concurrent.futures import ThreadPoolExecutor
-
     (torques,) = ready(feed, "torques")
     feed.until(lambda: says(torques, True))
 
@@ -108,7 +108,8 @@ def test_tare_refuses_a_moving_robot_and_answers_a_resting_one(feed, hub):
         feed.until(refused.done)
         with pytest.raises(RpcError, match="the robot moves: .* at 0.500 rad/s"):
             refused.result()
-        feed.changes = {"dq": np.zeros(ROBOT.n), "q": np.array(ROBOT.home)}
+        resting = {"q": np.array(ROBOT.home), "dq": np.zeros(ROBOT.n)}
+        feed.changes = {**resting, "imu_gyro": np.zeros((1, 3))}
         answered = pool.submit(tare)
         feed.until(answered.done)
         reply = answered.result()
