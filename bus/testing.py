@@ -54,7 +54,7 @@ class Process:
         self.name = module
         self._log = tempfile.TemporaryFile()
         self.popen = subprocess.Popen(
-            [sys.executable, "-m", module, *arguments],
+            [sys.executable, "-m", "bus.child", str(os.getpid()), "0", module, *arguments],
             stdout=self._log,
             stderr=self._log,
             stdin=subprocess.DEVNULL,

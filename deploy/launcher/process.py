@@ -52,7 +52,7 @@ class Process:
 
     def start(self) -> None:
         """Start the child; what it prints goes to the log under its name."""
-        command = [sys.executable, "-m", "deploy.launcher.child", str(os.getpid()), str(self.nice)]
+        command = [sys.executable, "-m", "bus.child", str(os.getpid()), str(self.nice)]
         self._child = subprocess.Popen(
             command + self.arguments,
             stdin=subprocess.DEVNULL,

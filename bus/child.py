@@ -1,6 +1,6 @@
-"""Runs a module as ``python -m`` would, bound to the life of the launcher.
+"""Runs a module as ``python -m`` would, bound to the life of its parent.
 
-Usage: ``python -m deploy.launcher.child PARENT_PID NICE MODULE [ARGUMENT ...]``
+Usage: ``python -m bus.child PARENT_PID NICE MODULE [ARGUMENT ...]``
 """
 
 import ctypes
