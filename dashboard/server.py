@@ -80,11 +80,8 @@ def _furnish(server: PageServer) -> None:
     server.gui.set_panel_label("Wrenchbus")
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(PANEL_WIDTH)
-    server.scene.configure_default_lights(cast_shadow=False)  # halves the work of a weak GPU
+    _light(server.scene)
     server.scene.set_up_direction("+z")
-    server.scene.add_light_hemisphere(
-        "/light", sky_color=(255, 250, 244), ground_color=(120, 130, 150), intensity=1.2
-    )
     server.scene.add_grid(
         "/floor",
         width=4.0,
@@ -93,5 +90,13 @@ def _furnish(server: PageServer) -> None:
         section_size=0.5,
         cell_color=(60, 64, 70),
         section_color=(95, 100, 108),
-        shadow_opacity=0.35,
+    )
+
+
+def _light(scene: viser.SceneApi) -> None:
+    """Without shadows and reflections, which a browser that draws in software cannot afford."""
+    scene.configure_default_lights(cast_shadow=False)
+    scene.configure_environment_map(None)
+    scene.add_light_hemisphere(
+        "/light", sky_color=(255, 250, 244), ground_color=(120, 130, 150), intensity=1.2
     )

@@ -28,7 +28,7 @@ class Looked:
 
     def __init__(self, browser: Browser, url: str):
         self.errors: list[str] = []
-        self.page: Page = show(browser, url, *SIZE, on_error=self.errors.append)
+        self.page = show(browser, url, *SIZE, on_error=self.errors.append)
 
     def text(self, identifier: str) -> str:
         """Return the text of one of the page's lines."""

@@ -1,0 +1,113 @@
+"""What the buttons ask of whom, and what they show of the answer."""
+
+from collections import deque
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from bus import RpcAbsent, RpcError
+from dashboard.actions import Actions
+from dashboard.config import DashboardConfig
+from dashboard.errands import Outcome
+from dashboard.panel import Click
+
+
+class Answers:
+    """Errands that are carried out at once, by whoever has an answer."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, str, dict[str, Any]]] = []
+        self.answers: dict[str, Any] = {}
+
+    def send(self, label, port, verb, arguments, timeout, then) -> None:
+        self.asked.append((port, verb, arguments))
+        answer = self.answers.get(port, RpcAbsent(f"nobody answers on {port}"))
+        failed = isinstance(answer, Exception)
+        then(Outcome(label, None if failed else answer, answer if failed else None))
+
+    def collect(self) -> None:
+        pass
+
+
+@pytest.fixture
+def panel():
+    choice = {"link": "l_forearm", "direction": "-y", "force": 12.0}
+    widgets = {name: SimpleNamespace(value=value) for name, value in choice.items()}
+    return SimpleNamespace(clicks=deque(), result=SimpleNamespace(content=""), **widgets)
+
+
+@pytest.fixture
+def errands():
+    return Answers()
+
+
+@pytest.fixture
+def actions(panel, errands, robot, placement):
+    return Actions(panel, errands, robot, robot.load_surface(), placement, DashboardConfig())
+
+
+def press(actions: Actions, panel: Any, button: str) -> str:
+    panel.clicks.append(Click(button, None))
+    actions.run()
+    return panel.result.content
+
+
+def test_push_asks_the_simulator_for_a_force_along_a_world_axis(actions, panel, errands):
+    errands.answers["/icub/sim/rpc:i"] = {"push_id": 3, "start_stamp": 1}
+    shown = press(actions, panel, "push")
+    port, verb, push = errands.asked[0]
+    assert (port, verb) == ("/icub/sim/rpc:i", "push")
+    assert (push["link"], push["frame"]) == ("l_forearm", "world")
+    assert push["force"] == pytest.approx([0.0, -12.0, 0.0])
+    assert "push 12 N -y on l_forearm: push_id 3" in shown
+
+
+def test_push_without_a_simulator_says_so(actions, panel):
+    assert "nobody answers on /icub/sim/rpc:i" in press(actions, panel, "push")
+
+
+def test_refused_tare_is_shown_with_its_reason(actions, panel, errands):
+    errands.answers["/torque_observer/rpc:i"] = {"tared": ["l_arm_ft"], "message": "tared 1 of 6"}
+    errands.answers["/contact_detector/rpc:i"] = RpcError("the robot moves: l_elbow at 0.3 rad/s")
+    shown = []
+    panel.result = Recorder(shown)
+    press(actions, panel, "tare")
+    assert [verb for _, verb, _ in errands.asked] == ["tare", "tare"]
+    assert any("tare torque_observer: tared 1 of 6" in text for text in shown)
+    assert any("the robot moves: l_elbow at 0.3 rad/s" in text for text in shown)
+
+
+class Recorder:
+    """A widget that remembers everything it showed."""
+
+    def __init__(self, shown: list[str]):
+        object.__setattr__(self, "_shown", shown)
+
+    def __setattr__(self, name: str, value: str) -> None:
+        self._shown.append(value)
+        object.__setattr__(self, name, value)
+
+
+def test_pause_pauses_the_simulator_and_then_resumes_it(actions, panel, errands):
+    errands.answers["/icub/sim/rpc:i"] = {"time": 0}
+    press(actions, panel, "pause")
+    actions.paused = True  # as the clock says
+    press(actions, panel, "pause")
+    assert [verb for _, verb, _ in errands.asked] == ["pause", "resume"]
+    assert not actions.frozen
+
+
+def test_pause_without_a_simulator_freezes_the_page_until_pressed_again(actions, panel):
+    assert "only this page" in press(actions, panel, "pause")
+    assert actions.frozen
+    press(actions, panel, "pause")
+    assert not actions.frozen
+
+
+def test_stop_becomes_release_while_the_robot_holds(actions, panel, errands):
+    errands.answers["/sensor_server/rpc:i"] = None
+    press(actions, panel, "stop")
+    actions.holding = True
+    press(actions, panel, "stop")
+    assert [verb for _, verb, _ in errands.asked] == ["stop", "release"]
