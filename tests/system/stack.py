@@ -177,12 +177,12 @@ class Stack:
         """Call a verb of the plant."""
         return self.node.call(ports.sim_rpc(self.robot), verb, arguments, timeout=10.0)
 
-    def answers(self, service: str) -> bool:
-        """Whether a service answers its status verb."""
+    def status(self, service: str, timeout: float = 5.0) -> dict[str, Any]:
+        """Return a service's status; empty when it does not answer."""
         try:
-            return bool(self.ask(service, "status"))
+            return self.node.call(ports.rpc(service), "status", {}, timeout)
         except RpcError:
-            return False
+            return {}
 
     def until(
         self, predicate: Callable[[], T | None], what: Callable[[], str], timeout: float = PATIENCE

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.system.stack import MODULES, STREAMS, Stack
+from tests.system.stack import MODULES, PATIENCE, STREAMS, Stack
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 SERVICES = ("hub", *MODULES)
@@ -60,11 +60,11 @@ def test_a_suspended_service_is_missed_and_goes_on(stack: Stack, service: str):
     stack.suspend(service)
     try:
         await_loss(stack, service)
+        stack.until(lambda: not stack.status(service, 0.5), lambda: f"{service} answers")
     finally:
         stack.resume(service)
     stack.await_whole()
-    if service != "hub":
-        stack.until(lambda: stack.answers(service), lambda: f"{service} does not answer")
+    stack.until(lambda: stack.status(service), lambda: f"{service} does not answer")
 
 
 def test_a_service_suspended_for_longer_than_its_lease_comes_back(stack: Stack):
@@ -80,8 +80,8 @@ def test_a_service_suspended_for_longer_than_its_lease_comes_back(stack: Stack):
 def test_without_the_gravity_compensator_the_feedforward_fades_and_the_robot_stays_up(
     stack: Stack,
 ):
-    def factor() -> float:
-        return stack.ask("sensor_server", "status")["feedforward"]
+    def factor() -> float | None:
+        return stack.status("sensor_server").get("feedforward")
 
     stack.until(lambda: factor() == 1.0, lambda: f"feed-forward {factor()}")
     stack.processes["gravity_compensator"].kill()
@@ -97,7 +97,7 @@ def test_a_second_owner_of_a_name_is_refused_and_told_who_has_it(stack: Stack, s
     second = stack.run(service)
     try:
         second.expected = None
-        status = second.popen.wait(30.0)
+        status = second.popen.wait(PATIENCE)
         assert status == 1
         last = second.output.strip().splitlines()[-1]
         if service == "hub":
