@@ -61,7 +61,9 @@ class TouchRun:
         self.plant = Plant(robot, base=base, profile=profile, seed=seed)  # type: ignore[arg-type]
         self._pipeline = SensorPipeline(robot)
         self.detector = ContactDetector(robot, support, settings)
-        self.frame: SensorFrame = self._pipeline.step(self.plant.raw(), self.plant.time)
+        first = self.plant.raw()
+        self._filtered = first.dq is None  # a filter needs every tick
+        self.frame: SensorFrame = self._pipeline.step(first, self.plant.time)
         self.seen: dict[str, int] = {}  # first stamp of a flag, by limb
         self.advance(START)
         self.tare(TARE)
@@ -70,8 +72,10 @@ class TouchRun:
         """Run the plant and the detector, remembering flags."""
         for tick in range(round(seconds * 1000)):
             self.plant.step()
-            self.frame = self._pipeline.step(self.plant.raw(), self.plant.time)
-            if tick % EVERY == EVERY - 1 and self.frame.joint_valid.all():
+            due = tick % EVERY == EVERY - 1
+            if due or self._filtered:
+                self.frame = self._pipeline.step(self.plant.raw(), self.plant.time)
+            if due and self.frame.joint_valid.all():
                 self._watch()
 
     def _watch(self) -> None:
