@@ -5,15 +5,12 @@ import time
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
-
-import zenoh
+from typing import Any
 
 from bus import runtime_directory
-from bus.claims import Asker, claim, describe, meet_peers
 from bus.clock import Clock, SessionClock
 from bus.directory import Directory
-from bus.errors import BusError, NameTaken
+from bus.errors import BusError
 from bus.freshness import Freshness
 from bus.information import InformationServer
 from bus.input import Input
@@ -21,16 +18,13 @@ from bus.lockstep import Participant
 from bus.names import check_name
 from bus.output import MAX_MESSAGE, Output
 from bus.parameters import Parameters
+from bus.port_table import CLAIM_TIMEOUT, PortTable
 from bus.rpc import call
 from bus.rpc_server import Handler, RpcServer
 from bus.session import LOOPBACK, open_session
 from bus.signals import stop_flag
-from bus.tokens import Owner, Token, ready_key
+from bus.tokens import Owner, Token
 from bus.waiter import SLICE, Waiter
-
-Port = Output | Input | RpcServer
-AnyPort = TypeVar("AnyPort", Output, Input, RpcServer)
-CLAIM_TIMEOUT = 10.0  # s
 
 
 class Node:
@@ -71,13 +65,9 @@ class Node:
         self._closed = self._stopped = False
         self._closing = threading.Lock()
         self._parts: list[Any] = []
-        self._ready = False
-        self._failure: BusError | None = None
         self.opened_at = time.monotonic()
         self._waiter = Waiter()
-        self._ports: dict[str, Port] = {}
         self._servers: list[RpcServer] = []
-        self._tokens: list[zenoh.LivelinessToken] = []
         self.on_ready: list[Callable[[], None]] = []
         self.beats: list[Callable[[], None]] = []  # called at every wait
         self.parameters = parameters or Parameters()
@@ -95,11 +85,11 @@ class Node:
 
     def _open(self, clock_port: str | None, lockstep: bool) -> None:
         self.owner = Owner.this_process(self.name, str(self.session.zid()))
+        self.ports = PortTable(self.session, self.owner, self.endpoint, lambda: self.running)
+        self._parts = [self.ports]
         self.directory = Directory(self.session, self._on_port)
-        self._parts = [
-            self.directory,
-            InformationServer(self.session, self.owner.node, self._ports),
-        ]
+        information = InformationServer(self.session, self.owner.node, self.ports)
+        self._parts += [self.directory, information]
         self._rpc_name = f"/{self.name}/rpc:i"
         self.rpc(self._rpc_name, {})
         self.lockstep = Participant(self, lockstep)
@@ -135,8 +125,10 @@ class Node:
         arguments = (rate or 0.0, model, dimensions, reliable, max_message, self.clock.now)
         if direct:
             return Output(self.session, name, message_type, *arguments)
-        self._free(name)
-        return self._add(Output(self.session, name, message_type, *arguments))
+        self.ports.check_free(name)
+        port = Output(self.session, name, message_type, *arguments)
+        self.ports.add(port)
+        return port
 
     def input(
         self,
@@ -148,6 +140,7 @@ class Node:
         model: str = "",
         dimensions: Mapping[str, int] | None = None,
         max_message: int = MAX_MESSAGE,
+        wakes: bool = True,
     ) -> Input:
         """Open an input.
 
@@ -156,28 +149,27 @@ class Node:
             depth: 1 keeps the newest message only, N the newest N in order.
             rate: Nominal rate of the stream [Hz], which decides when it is stale.
             model: Refuse messages that carry another hash.
+            wakes: Whether a message ends `wait`; no for streams that are read along with
+                another one, where every useless wake costs some 20 us.
         """
+        waiter = self._waiter if wakes else Waiter()
         sources = [source] if isinstance(source, str) else list(source)
         for each in (check_name(name, "input"), *sources):
             check_name(each)
-        self._free(name)
+        self.ports.check_free(name)
         freshness = Freshness(sources or [name], rate or 0.0, self.clock, self._exists)
-        return self._add(
-            Input(
-                *(self.session, name, message_type, self.directory, self._waiter, freshness),
-                *(sources, depth, rate or 0.0, model, dimensions, max_message),
-            )
+        port = Input(
+            *(self.session, name, message_type, self.directory, self._waiter, freshness),
+            *(sources, depth, rate or 0.0, model, dimensions, max_message),
         )
+        self.ports.add(port)
+        return port
 
     def rpc(self, port: str, handlers: Mapping[str, Handler]) -> RpcServer:
         """Open an RPC port, or add verbs to one that is open already."""
-        server = self._ports.get(port)
+        server = self.ports.get(port)
         if server is None:
-            check_name(port, "rpc")
-            server = self._add(RpcServer(self.session, port, self._waiter))
-            self._servers.append(server)
-            server.add("status", self.status, "state of this service")
-            server.add("param", self._param, "list, get or set a parameter")
+            server = self._open_rpc(port)
         if not isinstance(server, RpcServer):
             raise BusError(f"{port} is open already, and not an RPC port")
         for verb, handler in handlers.items():
@@ -199,13 +191,7 @@ class Node:
 
         Raises NameTaken when another process has one of them, BusError when no hub answers.
         """
-        asker = self._claim(list(self._ports.values()), timeout)
-        meet_peers(self.session, asker)
-        for callback in self.on_ready:
-            callback()
-        self._ready = True
-        # last of all: who sees this token may rely on every port
-        self._tokens.insert(0, self.session.liveliness().declare_token(ready_key(self.owner)))
+        self.ports.make_ready(timeout, self._prepare)
 
     @property
     def running(self) -> bool:
@@ -232,18 +218,18 @@ class Node:
                 if server.waiting:
                     server.run()
             self.clock.poll()
-        if self._failure is not None:
-            raise self._failure
+        if self.ports.lost is not None:
+            raise self.ports.lost
         return came
 
     def status(self) -> dict[str, Any]:
         """Return the state of this service."""
-        inputs = [port for port in self._ports.values() if isinstance(port, Input)]
+        inputs = [port for port in self.ports if isinstance(port, Input)]
         return {
             "service": self.name,
             "pid": self.owner.pid,
             "host": self.owner.host,
-            "ready": self._ready,
+            "ready": self.ports.ready,
             "uptime_s": time.monotonic() - self.opened_at,
             "clock": self.clock.state,
             "stale": {port.name: port.reason for port in inputs if port.rate and port.reason},
@@ -262,12 +248,6 @@ class Node:
             self._close()
 
     def _close(self) -> None:
-        for token in self._tokens[:1]:  # not ready any more
-            token.undeclare()
-        for port in self._ports.values():
-            port.close()
-        for token in self._tokens[1:]:  # a name is given back when nothing is written on it
-            token.undeclare()
         for part in self._parts:
             part.close()
         self.session.close()
@@ -291,45 +271,24 @@ class Node:
                 beat()
         return False
 
-    def _free(self, name: str) -> None:
-        if name in self._ports:
-            raise NameTaken(f"{name} is open already in this process")
+    def _open_rpc(self, port: str) -> RpcServer:
+        server = RpcServer(self.session, check_name(port, "rpc"), self._waiter)
+        server.add("status", self.status, "state of this service")
+        server.add("param", self._param, "list, get or set a parameter")
+        self._servers.append(server)
+        self.ports.add(server)
+        return server
 
-    def _add(self, port: AnyPort) -> AnyPort:
-        self._ports[port.name] = port
-        if self._ready:
-            self._claim([port], CLAIM_TIMEOUT)
-        return port
-
-    def _claim(self, ports: Sequence[Port], timeout: float) -> Asker:
-        tokens = [self._token(port) for port in ports]
-        asker = Asker(self.endpoint, timeout, lambda: self.running)
-        claim(self.session, tokens, asker)
-        declare = self.session.liveliness().declare_token
-        self._tokens += [declare(token.key()) for token in tokens]
-        for port in ports:
-            if isinstance(port, Output):
-                port.standing = True
-        return asker
-
-    def _token(self, port: Port) -> Token:
-        return Token(
-            *(port.name, port.direction, port.type_name, port.rate, self.owner),
-            *(port.epoch, port.source, port.sources),
-        )
+    def _prepare(self) -> None:
+        for callback in self.on_ready:
+            callback()
 
     def _exists(self, name: str) -> bool:
         return self.directory.leader(name) is not None
 
     def _on_port(self, token: Token) -> None:
-        """Resign, in Zenoh's thread, when a higher one stands on a name of ours."""
-        port = self._ports.get(token.name)
-        if port is None or (port.epoch, port.source) >= token.rank:
-            return
-        if isinstance(port, Output):
-            port.standing = False
-        self._failure = NameTaken(f"lost {token.name}: {describe(token)}")
-        self._waiter.wake()
+        if self.ports.resign(token):
+            self._waiter.wake()
 
 
 def _close_before_joining_threads(node: Node) -> None:

@@ -59,6 +59,7 @@ class CommandPorts:
             rate=ports.rate(key),
             model=self._robot.model_hash,
             dimensions=self._robot.dimensions,
+            wakes=False,  # read at every frame, or at the watchdogs' rate
         )
 
     def listen(self, now: float) -> None:
