@@ -159,7 +159,7 @@ class Node:
         self.ports.check_free(name)
         freshness = Freshness(sources or [name], rate or 0.0, self.clock, self._exists)
         port = Input(
-            *(self.session, name, message_type, self.directory, self._waiter, freshness),
+            *(self.session, name, message_type, self.directory, waiter, freshness),
             *(sources, depth, rate or 0.0, model, dimensions, max_message),
         )
         self.ports.add(port)
