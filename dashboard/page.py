@@ -12,13 +12,14 @@ from .config import DashboardConfig
 from .errands import Errands
 from .html import line, note
 from .inputs import Inputs
+from .last_contact import LastContact
 from .panel import Panel
 from .port_rows import port_table
 from .rhythm import Rhythm
 from .server import PageServer
 from .snapshot import Snapshot
 from .status import status
-from .touches import Alarm, alarm
+from .touches import alarm
 from .view import View
 from .watch import Watch
 
@@ -47,7 +48,7 @@ class Page:
         self._lines = Rhythm(config.alarm_rate)
         self._texts = Rhythm(config.text_rate)
         self._default_links = {tree.name: tree.default_link for tree in robot.subtrees}
-        self._last_contact: tuple[str, float] | None = None  # label, monotonic [s]
+        self._last_contact = LastContact()
         self._camera_set = False
 
     @property
@@ -114,18 +115,10 @@ class Page:
         reason = self._inputs.trouble("contacts")
         alarmed = alarm(known.contacts, reason, self._default_links)
         panel.alarm.content = line("alarm", alarmed.text, alarmed.colour, "17px")
-        panel.last.content = note("last", self._remember(alarmed, now))
+        self._last_contact.note(alarmed, now)
+        panel.last.content = note("last", self._last_contact.text(now))
         panel.pause.label = "Resume" if actions.paused or actions.frozen else "Pause"
         panel.stop.label = "Release" if actions.holding else "Stop"
-
-    def _remember(self, alarmed: Alarm, now: float) -> str:
-        """Return what the last contact was: a short touch would be missed otherwise."""
-        if alarmed.contact:
-            self._last_contact = alarmed.text.removeprefix("contact: "), now
-        if self._last_contact is None:
-            return "last contact: none since this page started"
-        label, when = self._last_contact
-        return f"last contact: {label}, {now - when:.0f} s ago"
 
     def _set_camera(self) -> None:
         camera = None if self._camera_set else self._view.camera()

@@ -82,7 +82,7 @@ def take(
             if option:
                 choose(page, label, option)
         page.get_by_role("button", name="Push", exact=True).click()
-        page.wait_for_function(TOUCHED)
+        page.wait_for_function(TOUCHED, polling=100)
         file.parent.mkdir(parents=True, exist_ok=True)
         page.screenshot(path=file)
 

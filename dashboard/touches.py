@@ -33,6 +33,7 @@ class Alarm(NamedTuple):
 
     text: str
     colour: str
+    probability: float = 0.0  # of a contact there
 
     @property
     def contact(self) -> bool:
@@ -74,11 +75,17 @@ def alarm(contacts: Contacts | None, reason: str, default_links: dict[str, str])
     if not raised:
         return Alarm(NO_CONTACT, GREEN)
     colour = RED if any(flag["state"] == "collision" for flag in raised) else AMBER
+    link, force, probability = _best(contacts, raised, default_links)
+    return Alarm(f"contact: {describe(link, force, probability)}", colour, probability)
+
+
+def _best(
+    contacts: Contacts, raised: list[dict[str, Any]], default_links: dict[str, str]
+) -> tuple[str, float, float]:
+    """Return link, force [N] and probability of the best hypothesis, or of the surest limb."""
     if contacts.hypotheses:
         best = contacts.hypotheses[0]
-        force = float(np.linalg.norm(best["force"]))
-        return Alarm(f"contact: {describe(best['links'][0], force, best['probability'])}", colour)
+        return best["links"][0], float(np.linalg.norm(best["force"])), best["probability"]
     flag = max(raised, key=lambda flag: flag["probability"])
     limb = str(flag["limb"])
-    link = default_links.get(limb, limb)
-    return Alarm(f"contact: {describe(link, flag.get('force', 0.0), flag['probability'])}", colour)
+    return default_links.get(limb, limb), flag.get("force", 0.0), flag["probability"]

@@ -46,7 +46,7 @@ class Looked:
         """Wait until a line matches a regular expression; say what it reads when it does not."""
         test = "([id, pattern]) => new RegExp(pattern).test(document.getElementById(id)?.innerText)"
         try:
-            self.page.wait_for_function(test, arg=[identifier, pattern])
+            self.page.wait_for_function(test, arg=[identifier, pattern], polling=100)
         except TimeoutError:
             pytest.fail(f"{identifier}: expected {pattern!r}, reads {self.text(identifier)!r}")
 

@@ -70,23 +70,26 @@ def test_push_without_a_simulator_says_so(actions, panel):
 def test_refused_tare_is_shown_with_its_reason(actions, panel, errands):
     errands.answers["/torque_observer/rpc:i"] = {"tared": ["l_arm_ft"], "message": "tared 1 of 6"}
     errands.answers["/contact_detector/rpc:i"] = RpcError("the robot moves: l_elbow at 0.3 rad/s")
-    shown = []
-    panel.result = Recorder(shown)
+    panel.result = Recorder()
     press(actions, panel, "tare")
     assert [verb for _, verb, _ in errands.asked] == ["tare", "tare"]
-    assert any("tare torque_observer: tared 1 of 6" in text for text in shown)
-    assert any("the robot moves: l_elbow at 0.3 rad/s" in text for text in shown)
+    assert any("tare torque_observer: tared 1 of 6" in text for text in panel.result.shown)
+    assert any("the robot moves: l_elbow at 0.3 rad/s" in text for text in panel.result.shown)
 
 
 class Recorder:
     """A widget that remembers everything it showed."""
 
-    def __init__(self, shown: list[str]):
-        object.__setattr__(self, "_shown", shown)
+    def __init__(self) -> None:
+        self.shown: list[str] = []
 
-    def __setattr__(self, name: str, value: str) -> None:
-        self._shown.append(value)
-        object.__setattr__(self, name, value)
+    @property
+    def content(self) -> str:
+        return self.shown[-1]
+
+    @content.setter
+    def content(self, text: str) -> None:
+        self.shown.append(text)
 
 
 def test_pause_pauses_the_simulator_and_then_resumes_it(actions, panel, errands):

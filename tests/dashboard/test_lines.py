@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from dashboard.last_contact import LastContact
 from dashboard.status import status
-from dashboard.touches import alarm, touches
+from dashboard.touches import Alarm, alarm, touches
 from robot_model.messages import Contacts
 
 QUIET = {"limb": "r_arm", "state": "none", "probability": 0.02, "onset": 0}
@@ -76,3 +77,22 @@ def test_status_line_begins_with_its_word(word, state):
 
 def test_status_line_says_why_it_is_stale():
     assert status(stale="nobody writes /icub/base:o").text == "stale: nobody writes /icub/base:o"
+
+
+def reading(probability: float) -> Alarm:
+    return Alarm(f"contact: l_forearm 5.0 N p={probability:.2f}", "", probability)
+
+
+def test_last_contact_is_its_most_probable_reading():
+    last = LastContact()
+    for now, probability in ((0.0, 0.4), (0.2, 0.9), (0.4, 0.6)):
+        last.note(reading(probability), now)
+    last.note(Alarm("no contact", ""), 0.6)
+    assert last.text(3.4) == "last contact: l_forearm 5.0 N p=0.90, 3 s ago"
+
+
+def test_new_contact_replaces_a_more_probable_one_of_before():
+    last = LastContact()
+    last.note(reading(0.9), 0.0)
+    last.note(reading(0.4), 2.0)
+    assert last.text(2.0) == "last contact: l_forearm 5.0 N p=0.40, 0 s ago"

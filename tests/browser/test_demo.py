@@ -1,0 +1,54 @@
+"""The page of a whole simulated robot: every service is the real one."""
+
+import pytest
+
+from dashboard.chromium import choose
+from robot_model import load_robot
+from tests.system.stack import Stack
+
+pytestmark = [pytest.mark.browser, pytest.mark.system, pytest.mark.timeout(900)]
+
+PLANT = ("--set", "profile=ideal", "--set", "scenario=quiet")
+PAGE = ("--set", "push_duration=5.0")  # [s]; a browser that draws in software is slow
+LEFT_FOREARM = (
+    r"^contact: (l_forearm|l_elbow_1|l_upper_arm|l_wrist_1|l_hand) [0-9.]+ N p=[01]\.\d\d$"
+)
+
+
+@pytest.fixture(scope="module")
+def stack():
+    with Stack(load_robot("icub"), {"robot_sim": PLANT, "dashboard": PAGE}) as running:
+        running.await_whole()
+        yield running
+
+
+@pytest.fixture
+def page(stack, look):
+    return look(stack.node.call("/dashboard/rpc:i", "status")["url"])
+
+
+def test_push_on_the_left_forearm_is_a_contact_on_the_left_forearm(page):
+    page.await_text("status", r"^live t = [0-9.]+ s$")
+    page.await_text("alarm", "^no contact$")
+    choose(page.page, "Link", "l_forearm")
+    page.press("Push")
+    page.await_text("alarm", LEFT_FOREARM)
+    page.await_text("alarm", "^no contact$")
+    page.await_text("last", "^last contact: l_")
+
+
+def test_tare_says_what_it_has_done(page):
+    page.await_text("alarm", "^no contact$")
+    page.press("Tare")
+    page.await_text("result", "^tare (torque_observer|contact_detector): ")
+
+
+def test_pause_and_stop_are_heard_by_the_robot(page):
+    page.press("Pause")
+    page.await_text("status", "^paused")
+    page.press("Resume")
+    page.await_text("status", "^live")
+    page.press("Stop")
+    page.await_text("status", "stopped")
+    page.press("Release")
+    page.await_text("status", r"^live t = [0-9.]+ s$")
