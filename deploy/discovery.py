@@ -10,7 +10,7 @@ from deploy.errors import UsageError
 
 SIMULATOR = "/sim/rpc:i"
 QUIET = 0.2  # [s] without news: everybody has been heard
-DEADLINE = 2.0  # [s]
+DEADLINE = 3.0  # [s]
 
 
 def all_ports(node: Node) -> list[dict[str, Any]]:
@@ -42,7 +42,7 @@ def require_port(node: Node, name: str) -> None:
 
 def simulator_port(node: Node, robot: str | None) -> str:
     """Return the RPC port of the simulated robot: the one named, or the only one alive."""
-    found = [p["name"] for p in all_ports(node) if p["name"].endswith(SIMULATOR)]
+    found = _simulators(node)
     robots = [name.removeprefix("/").removesuffix(SIMULATOR) for name in found]
     if robot is None and len(found) == 1:
         return found[0]
@@ -52,3 +52,11 @@ def simulator_port(node: Node, robot: str | None) -> str:
     if robot is None:
         raise UsageError(f"which robot? simulated robots alive: {alive}; say --robot NAME")
     raise UsageError(f"no simulated robot {robot}; alive: {alive}{did_you_mean(robot, robots)}")
+
+
+def _simulators(node: Node) -> list[str]:
+    deadline = time.monotonic() + DEADLINE
+    while True:
+        found = [p["name"] for p in all_ports(node) if p["name"].endswith(SIMULATOR)]
+        if found or time.monotonic() > deadline:
+            return found
