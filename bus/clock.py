@@ -120,22 +120,24 @@ class ClockServer:
     def __init__(self, node: "Node", port: str, rate: float = 100.0):
         self._output = node.output(port, Clock, rate=rate)
         self._period = int(1e9 / rate)
-        self._latest: Clock | None = None
-        self._published_at = 0
+        self._stamp = -1
+        self._state: State = "running"
+        self._due = 0  # monotonic [ns]
         node.beats.append(self.beat)
 
     def update(self, stamp: int, state: State = "running") -> None:
-        """Tell the time [ns]; published at the clock's rate, and at once when it matters."""
-        before, self._latest = self._latest, Clock(time=stamp, state=state)
-        if before is None or before.state != state or state == "paused" or stamp < before.time:
-            changed = before is None or before != self._latest
-            self._published_at = 0 if changed else self._published_at
+        """Tell the time [ns]; published at the clock's rate, at once when paused or changed."""
+        stepped = state == "paused" and stamp != self._stamp
+        if stepped or state != self._state or stamp < self._stamp or self._stamp < 0:
+            self._due = 0
+        self._stamp, self._state = stamp, state
         self.beat()
 
     def beat(self) -> None:
         """Publish when it is time to; called by the node while it waits."""
         now = time.monotonic_ns()
-        if self._latest is None or now - self._published_at < self._period:
+        if self._stamp < 0 or now < self._due:
             return
-        self._published_at = now
-        self._output.write(self._latest, stamp=self._latest.time, clock=SIMULATED)
+        self._due = now + self._period
+        clock = Clock(time=self._stamp, state=self._state)
+        self._output.write(clock, stamp=self._stamp, clock=SIMULATED)

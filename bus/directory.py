@@ -1,5 +1,6 @@
 """What stands on the bus at present, as seen by one session through liveliness tokens."""
 
+import threading
 from collections.abc import Callable
 
 import zenoh
@@ -22,6 +23,7 @@ class Directory:
         self._ready: dict[str, Owner] = {}
         self._leaders: dict[str, bytes] = {}
         self._on_port = on_port
+        self._lock = threading.Lock()
         declare = session.liveliness().declare_subscriber
         self._subscribers = [
             declare(f"{PORT}/**", Callback(self._port_event, indirect=False), history=True),
@@ -59,12 +61,13 @@ class Directory:
         token = Token.parse(key)
         if token is None:
             return
-        standing = dict(self._ports.get(token.name, {}))
-        if sample.kind == zenoh.SampleKind.PUT:
-            standing[key] = token
-        else:
-            standing.pop(key, None)
-        self._replace(token.name, standing)
+        with self._lock:  # several links, several threads of Zenoh's
+            standing = dict(self._ports.get(token.name, {}))
+            if sample.kind == zenoh.SampleKind.PUT:
+                standing[key] = token
+            else:
+                standing.pop(key, None)
+            self._replace(token.name, standing)
         if sample.kind == zenoh.SampleKind.PUT and self._on_port is not None:
             self._on_port(token)
 

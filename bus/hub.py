@@ -11,6 +11,7 @@ from bus.claims import Arbiter
 from bus.errors import BusError
 from bus.node import Node
 from bus.session import open_session
+from bus.signals import stop_flag
 
 DEFAULT_PORT = 7512  # not Zenoh's own 7447, which a ROS router may hold
 SETTLE = 0.7  # s after a start in which peers of a former hub come back before names are granted
@@ -60,6 +61,7 @@ def run(options: argparse.Namespace) -> None:
 
 def main() -> int:
     """Run the command; return its exit status."""
+    stop_flag.install()  # from here on a signal ends the process with status 0
     options = arguments().parse_args()
     logging.basicConfig(
         level=options.log_level.upper(), format="%(levelname)s %(name)s: %(message)s"
@@ -68,8 +70,9 @@ def main() -> int:
     try:
         run(options)
     except BusError as error:
-        print(f"hub: {error}", file=sys.stderr)
-        return 1
+        if not stop_flag.set:
+            print(f"hub: {error}", file=sys.stderr)
+            return 1
     return 0
 
 

@@ -132,6 +132,12 @@ class Input:
         """Name and version of the message type."""
         return type_name(self.type)
 
+    def stand(self) -> None:
+        """The name is ours; an input reads without it too."""
+
+    def fall(self) -> None:
+        """The name is lost."""
+
     def close(self) -> None:
         """Receive no more; the pumps end."""
         for pump in self._pumps:

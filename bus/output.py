@@ -118,9 +118,17 @@ class Output:
         """Name and version of the message type."""
         return type_name(self.type)
 
+    def stand(self) -> None:
+        """The name is ours: write from now on."""
+        self.standing = True
+
+    def fall(self) -> None:
+        """The name is lost: write nothing any more."""
+        self.standing = False
+
     def close(self) -> None:
         """Write no more."""
-        self.standing = False
+        self.fall()
         self._listener.undeclare()
         self._publisher.undeclare()
 

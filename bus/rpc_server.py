@@ -79,9 +79,20 @@ class RpcServer:
         self._queries: deque[zenoh.Query] = deque()
         self._pending: list[Pending] = []
         self._waiter = waiter
+        self._session = session
+        self._queryable: zenoh.Queryable | None = None
         self.add("help", self._help, "what this port understands")
+
+    def stand(self) -> None:
+        """The name is ours: answer from now on."""
         callback = Callback(self._on_query, indirect=False)
-        self._queryable = session.declare_queryable(key_of(name), callback)
+        self._queryable = self._session.declare_queryable(key_of(self.name), callback)
+
+    def fall(self) -> None:
+        """The name is lost: answer nothing any more."""
+        queryable, self._queryable = self._queryable, None
+        if queryable is not None:
+            queryable.undeclare()
 
     def add(self, verb: str, handler: Handler, help: str = "") -> None:
         """Add a verb; ``help`` defaults to the first line of the handler's docstring."""
@@ -107,7 +118,7 @@ class RpcServer:
 
     def close(self) -> None:
         """Answer no more; whoever still waits is told."""
-        self._queryable.undeclare()
+        self.fall()
         for query in self._queries:
             send(query, False, f"{self.name} is closing")
         for pending in self._pending:

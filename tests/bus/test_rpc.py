@@ -123,6 +123,13 @@ def test_an_absent_port_is_told_from_a_hung_one(server, node, hub):
             node.call("/hung/rpc:i", "status", timeout=0.2)
 
 
+def test_a_server_that_does_not_own_its_name_yet_answers_nothing(server, node, hub):
+    """A newcomer that loads its model must not answer, or hang, for the owner."""
+    with Node("server", connect=hub, signals=False):
+        for _ in range(20):
+            assert node.call(PORT, "status")["service"] == "server"
+
+
 def test_a_stopped_process_is_a_timeout_and_a_killed_one_is_absent(start, node):
     toy = start("tests.bus.toys", service="toy")
     assert node.call("/toy/rpc:i", "double", {"value": 4}) == 8

@@ -26,6 +26,7 @@ def test_a_stopped_reader_delays_neither_the_writer_nor_another_reader(
     out = writer.output("/test/out:o", Number, rate=500.0, reliable=reliable)
     big = writer.output("/test/big:o", Mixed, reliable=reliable, max_message=1 << 20)
     sink = writer.input("/test/in:i", Number, source="/healthy/out:o", depth=4096)
+    other = writer.input("/test/other:i", Number, source="/toy/out:o", depth=4096)
     writer.ready()
     eventually(lambda: out.matched and writer.directory.leader("/healthy/out:o"))
     stopped.send(signal.SIGSTOP)
@@ -44,7 +45,17 @@ def test_a_stopped_reader_delays_neither_the_writer_nor_another_reader(
     assert max(durations) < 2.0, max(durations)
     assert sum(durations) < 0.9 * (3.0 + time.monotonic() - end)
     assert answered > 0
+    while other.read() is not None:
+        pass
     stopped.send(signal.SIGCONT)
+
+    def back():
+        out.write(Number(value=1.0))
+        writer.wait(0.005)
+        received = other.newest()
+        return received is not None and received.envelope.valid
+
+    eventually(back, what="the stopped reader works again")
 
 
 def test_a_slow_reader_keeps_up_with_the_newest_and_counts_what_it_skips(hub, writer):
