@@ -25,6 +25,7 @@ class FloatingTerms(NamedTuple):
     rate: Array
     internal_momentum: Array  # (n,) H_fb dq, R eq. (11)
     internal_rate: Array  # (n,)
+    factor: Array  # Cholesky factor of I0
 
 
 def floating_terms(mass: Array, coriolis: Array, velocity: Array, force: Array) -> FloatingTerms:
@@ -48,7 +49,15 @@ def floating_terms(mass: Array, coriolis: Array, velocity: Array, force: Array) 
     rate += force
     drift += coriolis[:, :6] @ both[1, :6]  # now (C + C^T) w = dM/dt w
     lost = rate - drift
-    shares = both[:, :6]
-    shares[0], _ = _potrs(factor, lost[:6], lower=1)
-    coupled = shares @ mass[:6, 6:]
-    return FloatingTerms(momentum, rate, momentum[6:] - coupled[1], lost[6:] - coupled[0])
+    internal_momentum = momentum[6:] - both[1, :6] @ mass[:6, 6:]
+    return FloatingTerms(momentum, rate, internal_momentum, felt_inside(mass, factor, lost), factor)
+
+
+def felt_inside(mass: Array, factor: Array, force: Array) -> Array:
+    """Return what the joints of a floating robot feel of a generalised force, (n,) N m.
+
+    The base gives way: f_j - F^T I0^-1 f_0 (R eq. 12). ``factor`` is the Cholesky factor
+    of I0 = mass[:6, :6].
+    """
+    yielding, _ = _potrs(factor, force[:6], lower=1)
+    return force[6:] - yielding @ mass[:6, 6:]

@@ -19,9 +19,13 @@ class FreeFallVelocity:
         self._gyro = self._acc = self.velocity
 
     def reset(self, gyro: Array, acc: Array) -> None:
-        """Move to the frame that falls with the sensor at this instant."""
-        self.velocity = (0.0, 0.0, 0.0)
+        """Start in the frame that falls with the sensor at this instant."""
+        self.rebase()
         self._gyro, self._acc = gyro.tolist(), acc.tolist()
+
+    def rebase(self) -> None:
+        """Move to the frame that falls with the sensor at the instant of the last sample."""
+        self.velocity = (0.0, 0.0, 0.0)
 
     def step(self, gyro: Array, acc: Array, period: float) -> None:
         """Advance ``period`` seconds in which gyro and proper acceleration, (3,) in the

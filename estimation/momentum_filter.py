@@ -47,13 +47,16 @@ class MomentumFilter:
         self.residual[:] = 0.0
         self._started = False
 
-    def step(self, momentum: Array, rate: Array, period: float) -> Array:
+    def step(
+        self, momentum: Array, rate: Array, period: float, force: Array | float = 0.0
+    ) -> Array:
         """Take momentum and known rate, (size,), ``period`` seconds after the last ones.
 
+        ``force`` is a part of the known rate of which the mean over the step is known.
         Returns the residual, (size,), in the unit of the rate; overwritten by the next call.
         """
         if self._started:
-            self._advance(momentum, rate, period)
+            self._advance(momentum, rate, period, force)
         self.rebase(momentum, rate)
         return self.residual
 
@@ -63,7 +66,7 @@ class MomentumFilter:
         self._rate[:] = rate
         self._started = True
 
-    def _advance(self, momentum: Array, rate: Array, period: float) -> None:
+    def _advance(self, momentum: Array, rate: Array, period: float, force: Array | float) -> None:
         if period != self._step:
             self._step = period
             self._blend = -np.expm1(-self._gain * period)
@@ -72,6 +75,7 @@ class MomentumFilter:
         mean_rate = np.add(self._rate, rate, out=self._rate)
         mean_rate *= 0.5
         unknown -= mean_rate
+        unknown -= force
         unknown -= self.residual
         unknown *= self._blend
         self.residual += unknown

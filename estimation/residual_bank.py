@@ -66,13 +66,17 @@ class ResidualBank:
                 residual.reset()
         self._stamp = None
 
-    def step(self, frame: SensorFrame, stamp: int, up_base: Array | None = None) -> None:
+    def step(
+        self, frame: SensorFrame, stamp: int, up_base: Array | None = None, due: bool = True
+    ) -> None:
         """Take one sample; a gap or a lost channel starts the residuals again.
 
         Args:
             frame: All channels.
             stamp: Its time [ns], rising.
             up_base: Upwards in base axes, (3,) of length one; a fixed base needs it.
+            due: Whether the residuals are wanted now. Every sample is integrated, the
+                momenta of a floating base are computed only where it matters.
         """
         period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
         if period > self.settings.longest_gap:
@@ -86,7 +90,9 @@ class ResidualBank:
         torque = frame.motor_torque_valid
         if self._floating is not None:
             gyro, acc = frame.imu_gyro[0], frame.imu_acc[0]
-            self._floating.step(frame.q, frame.dq, frame.motor_torque, frame.ft, gyro, acc, period)
+            self._floating.add(frame.motor_torque, frame.ft, gyro, acc, period)
+            if due:
+                self._floating.evaluate(frame.q, frame.dq)
             self._flags = (True, torque, torque and self.settings.classical)
         elif self._fixed is not None and up_base is not None:
             self._fixed.step(frame.q, frame.dq, frame.motor_torque, up_base, period)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from estimation.floating_terms import floating_terms
+from estimation.floating_terms import felt_inside, floating_terms
 from estimation.free_fall import FreeFallVelocity
 from estimation.momentum_filter import MomentumFilter
 from estimation.residual_model import is_measured, residual_model
@@ -88,19 +88,29 @@ class FloatingResiduals:
             ft: Readings, (k, 6) parent on child, sensor frames.
             gyro, acc: Angular velocity and proper acceleration of the first IMU, (3,).
         """
+        self.add(motor_torque, ft, gyro, acc, period)
+        self.evaluate(q, dq)
+
+    def add(self, motor_torque: Array, ft: Array, gyro: Array, acc: Array, period: float) -> None:
+        """Integrate what acts, at every sample; a tenth of the work of ``evaluate``."""
         self._imu_twist[3:] = gyro
-        if self._age < 0.0:
+        first = self._age < 0.0
+        if first:
             self._fall.reset(gyro, acc)
             self._age = 0.0
         else:
             self._fall.step(gyro, acc, period)
             self._age += period
+        self._impulse.add(motor_torque, ft, 0.0 if first else period)
+
+    def evaluate(self, q: Array, dq: Array) -> None:
+        """Bring the residuals up to the sample added last, whose motion this is."""
+        torque, ft, period = self._impulse.take_mean()
         self._place(q, dq)
-        self._act(dq, motor_torque, ft)
         self._move()
-        self._filter.step(self._momentum, self._rate, period)
+        self._filter.step(self._momentum, self._rate, period, self._acting(torque, ft))
         if self._age >= self._rebase_time:
-            self._fall.reset(gyro, acc)
+            self._fall.rebase()
             self._age = 0.0
             self._move()
             self._filter.rebase(self._momentum, self._rate)
@@ -130,28 +140,20 @@ class FloatingResiduals:
         # in Pinocchio's order: adding arrays of unlike orders takes four times as long
         self._rotors = np.zeros((nv, nv), order="F")
         self._rotors[np.ix_(joint_v, joint_v)] = robot.rotor_inertia
+        self._friction, self._force = np.zeros(nv), np.zeros(nv + robot.n)
+        self._impulse = _Impulse(robot.n, len(robot.ft_sensors))
         self._slips = bool(robot.coulomb.any())
 
     def _place(self, q: Array, dq: Array) -> None:
-        self._q[self._layout.joint_q] = q
-        self._v[self._layout.joint_v] = dq
+        layout, robot = self._layout, self.robot
+        self._q[layout.joint_q] = q
+        self._v[layout.joint_v] = dq
         pin.crba(self._model, self._data, self._q, pin.Convention.WORLD)  # fills J too
         self._mass += self._rotors
-
-    def _act(self, dq: Array, motor_torque: Array, ft: Array) -> None:
-        """Compute the known generalised forces: motors, friction, supports."""
-        layout, robot, known = self._layout, self.robot, self._known
-        known.fill(0.0)
-        if layout.sensor_frames:
-            for row, frame in enumerate(layout.sensor_frames):
-                place = pin.updateFramePlacement(self._model, self._data, frame)
-                # the foot on its parent: minus the reading
-                self._wrenches[row] = place.toDualActionMatrix() @ -ft[layout.sensors[row]]
-            np.einsum("ij,ij->i", self._columns, layout.chains @ self._wrenches, out=known)
-        torque = motor_torque - robot.viscous * dq
+        friction = robot.viscous * dq
         if self._slips:
-            torque -= robot.coulomb * np.sign(dq)
-        known[layout.joint_v] += torque
+            friction += robot.coulomb * np.sign(dq)
+        self._friction[layout.joint_v] = -friction
 
     def _move(self) -> None:
         """Compute momenta and rates, rows [base, internal, classical], (6 + 2 n,)."""
@@ -160,8 +162,53 @@ class FloatingResiduals:
         imu_map = pin.updateFramePlacement(self._model, data, layout.imu_frame).toActionMatrix()
         v[:6] = imu_map @ self._imu_twist - (v * self._carries_imu) @ self._columns
         pin.computeCoriolisMatrix(self._model, data, self._q, v)
-        terms = floating_terms(self._mass, self._coriolis, v, self._known)
+        terms = floating_terms(self._mass, self._coriolis, v, self._friction)
         momentum, rate = self._momentum, self._rate
         momentum[:6], rate[:6] = terms.momentum[:6], terms.rate[:6]
         momentum[6:nv], rate[6:nv] = terms.internal_momentum, terms.internal_rate
         momentum[nv:], rate[nv:] = terms.momentum[6:], terms.rate[6:]
+        self._factor = terms.factor
+
+    def _acting(self, torque: Array, ft: Array) -> Array:
+        """What motors and supports do to the rows [base, internal, classical], (6 + 2 n,)."""
+        layout, known, acting, nv = self._layout, self._known, self._force, self._model.nv
+        known.fill(0.0)
+        if layout.sensor_frames:
+            for row, frame in enumerate(layout.sensor_frames):
+                place = pin.updateFramePlacement(self._model, self._data, frame)
+                # the foot on its parent: minus the reading
+                self._wrenches[row] = place.toDualActionMatrix() @ -ft[layout.sensors[row]]
+            np.einsum("ij,ij->i", self._columns, layout.chains @ self._wrenches, out=known)
+        known[layout.joint_v] += torque
+        acting[:6] = known[:6]
+        acting[6:nv] = felt_inside(self._mass, self._factor, known)
+        acting[nv:] = known[6:]
+        return acting
+
+
+class _Impulse:
+    """Means of motor torques and readings between two evaluations, by the trapezoidal rule."""
+
+    def __init__(self, n: int, k: int):
+        self._n, self._k = n, k
+        self._sum, self._last, self._mean = np.zeros((3, n + 6 * k))
+        self._time = 0.0
+
+    def add(self, torque: Array, ft: Array, period: float) -> None:
+        """Add a sample ``period`` seconds after the last one; 0 starts again."""
+        now = np.concatenate((torque, ft), axis=None)
+        if period <= 0.0:
+            self._sum[:], self._time = 0.0, 0.0
+        else:
+            self._last += now
+            self._last *= 0.5 * period
+            self._sum += self._last
+            self._time += period
+        self._last = now
+
+    def take_mean(self) -> tuple[Array, Array, float]:
+        """Return mean torque and readings since the last call, and the time passed [s]."""
+        time = self._time
+        np.multiply(self._sum, 1.0 / time if time else 0.0, out=self._mean)
+        self._sum[:], self._time = 0.0, 0.0
+        return self._mean[: self._n], self._mean[self._n :].reshape(self._k, 6), time

@@ -109,8 +109,9 @@ class ContactService:
         if self._stamp is None or stamp <= self._stamp:
             self._restart()
         self._stamp = stamp
-        self._bank.step(frame, stamp, self._up_base())
-        if stamp >= self._next:
+        due = stamp >= self._next
+        self._bank.step(frame, stamp, self._up_base(), due)
+        if due:
             period = round(1e9 / self._config.rate)
             self._next = max(self._next + period, stamp + period // 2)
             self._detect(frame, stamp)

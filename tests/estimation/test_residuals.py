@@ -197,3 +197,20 @@ def test_the_classical_residual_of_a_robot_on_the_pole_is_the_push(robot: Robot)
     jacobian = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL)
     torque = (jacobian[:3] - pin.skew(point) @ jacobian[3:]).T @ force
     np.testing.assert_allclose(observer.residual, torque[robot.tree.joint_v], atol=0.03)
+
+
+def test_residuals_evaluated_at_every_fourth_sample_are_the_same(robot: Robot) -> None:
+    plant = Plant(robot)
+    every, fourth = (FloatingResiduals(robot, "floor", 50.0, 50.0) for _ in range(2))
+    for tick in range(400):
+        if tick == 200:
+            plant.push("chest", np.zeros(3), np.array([0.0, 15.0, 0.0]), frame="world")
+        plant.step()
+        frame = exact_frame(plant)
+        imu = frame.imu_gyro[0], frame.imu_acc[0], 1e-3
+        every.step(frame.q, frame.dq, frame.motor_torque, frame.ft, *imu)
+        fourth.add(frame.motor_torque, frame.ft, *imu)
+        if tick % 4 == 3:
+            fourth.evaluate(frame.q, frame.dq)
+    np.testing.assert_allclose(fourth.sample.external, every.sample.external, atol=0.1)
+    np.testing.assert_allclose(fourth.sample.internal, every.sample.internal, atol=0.03)
