@@ -1,7 +1,8 @@
 """A pytest plugin for processes on the bus: ``pytest_plugins = ["bus.testing"]``.
 
 Fixtures ``hub`` (its endpoint), ``start`` (a module as a process, ready on the bus)
-and ``node`` (a place on the bus for the test); functions `free_port`, `eventually`.
+and ``node`` (a place on the bus for the test); functions `free_port`, `eventually`,
+`collect`.
 Nothing is left running: what still runs after a test is killed with its children.
 """
 
@@ -18,6 +19,8 @@ from typing import Any, TypeVar
 
 import pytest
 
+from bus.envelope import Received
+from bus.input import Input
 from bus.introspection import wait_for_port, wait_for_service
 from bus.node import Node
 
@@ -45,6 +48,20 @@ def eventually(predicate: Callable[[], T], timeout: float = 30.0, what: str = ""
             )
         time.sleep(0.002)
     return value
+
+
+def collect(node: Node, port: Input, count: int, timeout: float = 30.0) -> list[Received]:
+    """Return the next ``count`` messages of an input of the test's node, in order."""
+    messages: list[Received] = []
+
+    def enough() -> bool:
+        node.wait(0.01)
+        while len(messages) < count and (received := port.read()) is not None:
+            messages.append(received)
+        return len(messages) >= count
+
+    eventually(enough, timeout, f"{count} messages on {port.name}")
+    return messages
 
 
 class Process:
@@ -223,6 +240,7 @@ def _await_ready(endpoint: str, process: Process, timeout: float) -> str:
 
 __all__ = [
     "Process",
+    "collect",
     "eventually",
     "free_port",
     "running_hub",

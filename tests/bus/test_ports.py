@@ -9,7 +9,7 @@ import pytest
 from bus import BusError, NameTaken, Node, WireError
 from bus.encoder import Encoder
 from bus.introspection import list_ports, list_services, port_info, wait_for_port, wait_for_service
-from bus.testing import eventually
+from bus.testing import collect, eventually
 from tests.bus.messages import Mixed, Number, mixed
 
 
@@ -22,20 +22,6 @@ def writer(hub):
 def join(*nodes):
     for node in nodes:
         node.ready()
-
-
-def collect(node, port, count, timeout=10.0):
-    """Return the next ``count`` messages."""
-    messages = []
-
-    def enough():
-        node.wait(0.01)
-        while (received := port.read()) is not None:
-            messages.append(received)
-        return len(messages) >= count
-
-    eventually(enough, timeout, f"{count} messages on {port.name}")
-    return messages
 
 
 def pair(writer, node, depth=64, **more):
