@@ -61,7 +61,11 @@ class Taring:
     def tare(self, period: QuietPeriod) -> dict[str, Any]:
         """Take offsets and thresholds; the answer says what was tared."""
         quiet = period.finish()
-        return self._take(quiet)
+        limbs = [self._detector.monitor.limbs[i] for i in self._detector.touched]
+        answer = self._take(quiet)
+        if limbs:
+            answer["message"] += f"; what touched {', '.join(limbs)} now counts as nothing"
+        return answer
 
     def calibrate(self, period: QuietPeriod) -> dict[str, Any]:
         """Take thresholds only, from any motion in which nothing touched."""
