@@ -12,6 +12,7 @@ from tests.system.forgery import bad_messages
 from tests.system.stack import Stack
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+BURST = 20  # messages; lasts longer than the periods at which slow readers look
 
 
 def names(stack: Stack, direction: str) -> list[str]:
@@ -46,7 +47,8 @@ def send_until_refused(stack: Stack, name: str, what: str, payload: bytes) -> No
     before = count(stack, name, "refused")
 
     def refused() -> bool:
-        stack.node.session.put(name[1:], payload)
+        for _ in range(BURST):
+            stack.node.session.put(name[1:], payload)
         return count(stack, name, "refused") > before
 
     stack.until(refused, lambda: f"{name} does not refuse {what}")
