@@ -74,5 +74,6 @@ def _processor(before: Snapshot, after: Snapshot) -> list[Row]:
 def _row(name: str, value: float, unit: str, limit: float | None = None) -> Row:
     row: Row = {"name": name, "value": value, "unit": unit}
     if limit is not None:
-        row |= {"target": f"<= {limit:g} {unit}", "met": value <= limit}
+        target = f"<= {limit:g} {unit}".removesuffix(" 1")
+        row |= {"target": target, "met": value <= limit}
     return row
