@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from estimation.floating_terms import felt_inside, floating_terms
+from estimation.floating_terms import floating_terms
 from estimation.free_fall import FreeFallVelocity
 from estimation.momentum_filter import MomentumFilter
 from estimation.residual_model import is_measured, residual_model
@@ -107,8 +107,9 @@ class FloatingResiduals:
         """Bring the residuals up to the sample added last, whose motion this is."""
         torque, ft, period = self._impulse.take_mean()
         self._place(q, dq)
+        self._act(torque, ft)
         self._move()
-        self._filter.step(self._momentum, self._rate, period, self._acting(torque, ft))
+        self._filter.step(self._momentum, self._rate, period, self._force)
         if self._age >= self._rebase_time:
             self._fall.rebase()
             self._age = 0.0
@@ -130,7 +131,7 @@ class FloatingResiduals:
         self._mass, self._coriolis = data.M, data.C
         self._columns = data.J.T  # a row per row of v
         self._q = pin.neutral(self._model)
-        self._v, self._known = np.zeros(nv), np.zeros(nv)
+        self._v, self._acting = np.zeros(nv), np.zeros(nv)
         self._internal, self._classical = joint_v, joint_v + robot.n
         self._momentum, self._rate = np.zeros(nv + robot.n), np.zeros(nv + robot.n)
         self._imu_twist = np.zeros(6)
@@ -155,35 +156,33 @@ class FloatingResiduals:
             friction += robot.coulomb * np.sign(dq)
         self._friction[layout.joint_v] = -friction
 
-    def _move(self) -> None:
-        """Compute momenta and rates, rows [base, internal, classical], (6 + 2 n,)."""
-        v, nv, data, layout = self._v, self._model.nv, self._data, self._layout
-        self._imu_twist[:3] = self._fall.velocity
-        imu_map = pin.updateFramePlacement(self._model, data, layout.imu_frame).toActionMatrix()
-        v[:6] = imu_map @ self._imu_twist - (v * self._carries_imu) @ self._columns
-        pin.computeCoriolisMatrix(self._model, data, self._q, v)
-        terms = floating_terms(self._mass, self._coriolis, v, self._friction)
-        momentum, rate = self._momentum, self._rate
-        momentum[:6], rate[:6] = terms.momentum[:6], terms.rate[:6]
-        momentum[6:nv], rate[6:nv] = terms.internal_momentum, terms.internal_rate
-        momentum[nv:], rate[nv:] = terms.momentum[6:], terms.rate[6:]
-        self._factor = terms.factor
-
-    def _acting(self, torque: Array, ft: Array) -> Array:
-        """What motors and supports do to the rows [base, internal, classical], (6 + 2 n,)."""
-        layout, known, acting, nv = self._layout, self._known, self._force, self._model.nv
-        known.fill(0.0)
+    def _act(self, torque: Array, ft: Array) -> None:
+        """Compute the generalised force of motors and supports."""
+        layout, acting = self._layout, self._acting
+        acting.fill(0.0)
         if layout.sensor_frames:
             for row, frame in enumerate(layout.sensor_frames):
                 place = pin.updateFramePlacement(self._model, self._data, frame)
                 # the foot on its parent: minus the reading
                 self._wrenches[row] = place.toDualActionMatrix() @ -ft[layout.sensors[row]]
-            np.einsum("ij,ij->i", self._columns, layout.chains @ self._wrenches, out=known)
-        known[layout.joint_v] += torque
-        acting[:6] = known[:6]
-        acting[6:nv] = felt_inside(self._mass, self._factor, known)
-        acting[nv:] = known[6:]
-        return acting
+            np.einsum("ij,ij->i", self._columns, layout.chains @ self._wrenches, out=acting)
+        acting[layout.joint_v] += torque
+
+    def _move(self) -> None:
+        """Compute momenta, rates and forces, rows [base, internal, classical], (6 + 2 n,)."""
+        v, nv, data, layout = self._v, self._model.nv, self._data, self._layout
+        self._imu_twist[:3] = self._fall.velocity
+        imu_map = pin.updateFramePlacement(self._model, data, layout.imu_frame).toActionMatrix()
+        v[:6] = imu_map @ self._imu_twist - (v * self._carries_imu) @ self._columns
+        pin.computeCoriolisMatrix(self._model, data, self._q, v)
+        terms = floating_terms(self._mass, self._coriolis, v, self._friction, self._acting)
+        inner, rows = slice(6, nv), slice(nv, None)
+        momentum, rate, force = self._momentum, self._rate, self._force
+        momentum[:6], momentum[rows] = terms.momentum[:6], terms.momentum[6:]
+        rate[:6], rate[rows] = terms.rate[:6], terms.rate[6:]
+        force[:6], force[rows] = self._acting[:6], self._acting[6:]
+        momentum[inner], rate[inner] = terms.internal_momentum, terms.internal_rate
+        force[inner] = terms.internal_force
 
 
 class _Impulse:
