@@ -110,12 +110,22 @@ class Process:
 
     def clean_up(self) -> None:
         """Kill whatever is left of the process group."""
-        try:
-            os.killpg(self.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
+        if self.popen.poll() is None or not _exists(self.pid):
+            try:
+                os.killpg(self.pid, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
         self.popen.wait()
         self._log.close()
+
+
+def _exists(pid: int) -> bool:
+    """Whether a process has this number; after ours was reaped, it is a stranger with a group."""
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, PermissionError) as error:
+        return isinstance(error, PermissionError)
+    return True
 
 
 def _finish(processes: list[Process]) -> None:
