@@ -40,7 +40,7 @@ class Command:
         """Standard error so far."""
         return self.files[1].read_text()
 
-    def until(self, text: str, timeout: float = 60.0) -> None:
+    def until(self, text: str, timeout: float = 200.0) -> None:
         """Wait for a text on standard output."""
         eventually(
             lambda: text in self.output, timeout, f"{text!r}, got {self.output}{self.errors}"
