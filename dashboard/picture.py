@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bus import BusError, Node
-from bus.introspection import list_services
+from bus.introspection import wait_for_service
 from robot_model import ports
 
 from .chromium import choose, open_browser, show
@@ -63,9 +63,7 @@ def _size(text: str) -> tuple[int, int]:
 def find_page(connect: str | None, namespace: str | None) -> str:
     """Return the address of the page that a dashboard on the bus serves."""
     with Node("picture", connect=connect, namespace=namespace) as node:
-        ready = [entry["service"] for entry in list_services(node)]
-        if "dashboard" not in ready:
-            raise BusError(f"no dashboard on the bus; ready are: {', '.join(ready) or 'none'}")
+        wait_for_service(node, "dashboard")
         return str(node.call(ports.rpc("dashboard"), "status")["url"])
 
 

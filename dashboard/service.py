@@ -22,6 +22,7 @@ def main(node: Node, config: DashboardConfig) -> None:
     server = open_server(config)
     try:
         page = Page(node, robot, robot.load_surface(), server, config)
+        node.parameters.on_change(_refuse)
         node.verb("status", lambda: _status(node, server.url), "state, and the page's address")
         node.ready()
         print(f"dashboard: {server.url}", flush=True)
@@ -35,6 +36,15 @@ def main(node: Node, config: DashboardConfig) -> None:
 
 def _status(node: Node, url: str) -> dict[str, Any]:
     return {**node.status(), "url": url}
+
+
+def _refuse(old: DashboardConfig, new: DashboardConfig) -> None:
+    """Refuse what would have no effect; the support is of no concern to the page."""
+    changed = [key for key in type(new).model_fields if getattr(old, key) != getattr(new, key)]
+    if late := [key for key in changed if key != "support"]:
+        raise ValueError(
+            f"{', '.join(late)}: cannot change while the page is served; restart the dashboard"
+        )
 
 
 def _loop(node: Node, page: Page, config: DashboardConfig) -> None:

@@ -5,6 +5,7 @@ import urllib.request
 
 import pytest
 
+from bus import RpcError
 from bus.testing import Process, eventually
 
 pytestmark = pytest.mark.system
@@ -42,3 +43,11 @@ def test_address_that_others_can_reach_is_refused(hub):
         assert "loopback" in process.output
     finally:
         process.clean_up()
+
+
+def test_setting_that_would_have_no_effect_is_refused(start, node):
+    start("dashboard")
+    change = {"action": "set", "name": "scene_rate", "value": 5.0}
+    with pytest.raises(RpcError, match="scene_rate: cannot change"):
+        node.call("/dashboard/rpc:i", "param", change)
+    node.call("/dashboard/rpc:i", "param", {"action": "set", "name": "support", "value": "pole"})
