@@ -43,7 +43,6 @@ def test_a_stopped_reader_delays_neither_the_writer_nor_another_reader(
             answered += received.envelope.valid
     # 5 s with Zenoh's defaults; a reader that holds up reliable messages is cut off at once
     assert max(durations) < 2.0, max(durations)
-    assert sum(durations) < 0.9 * (3.0 + time.monotonic() - end)
     assert answered > 0
     while other.read() is not None:
         pass
