@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
+from copy import copy
 from typing import Any, NamedTuple
 
 import msgpack
@@ -47,6 +48,8 @@ class Decoder:
         self._scalars = [field for field in fields if field.kind == "scalar"]
         self._arrays = [field for field in fields if field.kind == "array"]
         self._repeatable = all(field.simple for field in self._scalars)
+        flat = self._scalars if self._repeatable else []
+        self._lists = [field.name for field in flat if field.annotation.startswith("list")]
         self._plans: dict[tuple, Plan] = {}
         self._known: _Known | None = None
         # a frozen __init__ sets each field by a call of its own, 1 us for a sensor frame
@@ -74,6 +77,8 @@ class Decoder:
         parts = (*known.head, seq, stamp, clock, acquired, sent, *known.tail)
         block = np.frombuffer(data[known.start + len(known.middle) :], FLOAT64)
         values = known.values.copy()
+        for name in self._lists:  # each message has lists of its own
+            values[name] = values[name].copy()
         _fill(values, known.plan, block)
         return self._build(values), _envelope(Envelope, parts)
 
@@ -89,6 +94,8 @@ class Decoder:
             raise WireError(f"block: expected {8 * plan.size} bytes, got {len(block)}")
         constant = self._read_scalars(scalars, plan)
         values = constant.copy()
+        for name in self._lists:
+            values[name] = values[name].copy()
         _fill(values, plan, np.frombuffer(block, FLOAT64))
         if self._repeatable:
             self._remember(data, envelope, constant, plan)
@@ -168,7 +175,7 @@ def _interleave(envelope: Envelope) -> tuple[int, ...]:
 def _default(field: Field) -> Any:
     if field.default is dataclasses.MISSING:
         raise WireError(f"field {field.name}: missing")
-    return field.default
+    return copy(field.default)  # a list must not be shared by messages
 
 
 def _read_flags(field: Field, scalars: dict) -> np.ndarray:

@@ -126,10 +126,13 @@ class Encoder:
         count = len(self._flags)
         flags, scalars = values[:count], values[count:]
         constant = None
-        if self._comparable:
+        if self._comparable and not any(type(scalar) is np.ndarray for scalar in scalars):
             constant = (valid, reason, scalars, [flag.tobytes() for flag in flags])
             if constant == self._constant:
                 return self._middle
+            # copies: the writer may change its own lists in place
+            kept = tuple([v.copy() if type(v) is list else v for v in scalars])
+            constant = (valid, reason, kept, constant[3])
         table = {f.name: flag.tolist() for f, flag in zip(self._flags, flags, strict=True)}
         for field, value in zip(self._scalars, scalars, strict=True):
             table[field.name] = field.check(value)

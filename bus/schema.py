@@ -13,6 +13,7 @@ import numpy as np
 from bus.errors import WireError
 
 Check = Callable[[Any], Any]
+_SIMPLE = (bool, int, float, str)
 
 
 class Field(NamedTuple):
@@ -25,7 +26,7 @@ class Field(NamedTuple):
     default: Any  # dataclasses.MISSING when it must travel
     check: Check
     annotation: str
-    simple: bool  # a scalar that is one bool, int, float or str
+    simple: bool  # a scalar that is one bool, int, float or str, or a flat list of them
     unit: str
     frame: str
 
@@ -72,7 +73,7 @@ def _field(item: dataclasses.Field, hint: Any) -> Field:
         default=default,
         check=_check_of(hint, item.name) if kind == "scalar" else _anything,
         annotation=getattr(hint, "__name__", str(hint)) if _is_plain(hint) else str(hint),
-        simple=hint in (bool, int, float, str),
+        simple=hint in _SIMPLE or hint in [list[item] for item in _SIMPLE],
         unit=metadata.get("unit", ""),
         frame=metadata.get("frame", ""),
     )

@@ -91,6 +91,34 @@ def test_compared_and_parsed_messages_are_the_same():
         assert one[0].delay == delay and one[1].stamp == -seq
 
 
+@dataclass(frozen=True, eq=False)
+class Named:
+    """A type with a flat list, which is compared too."""
+
+    TYPE: ClassVar[str] = "Named/1"
+    q: np.ndarray = array("n")
+    names: list[str] = dataclasses.field(default_factory=list)
+
+
+def test_a_list_that_its_writer_changes_in_place_is_sent_as_it_is():
+    writer, reader = Encoder(Named, SOURCE), Decoder(Named)
+    message = Named(np.ones(2), ["a"])
+    for name in ("a", "b", "c"):
+        message.names[0] = name
+        decoded, _ = reader.decode(writer.encode(message, 1, 0, 0, 0, 0))
+        assert decoded.names == [name]
+
+
+def test_each_decoded_message_has_lists_of_its_own():
+    writer, reader = Encoder(Named, SOURCE), Decoder(Named)
+    for seq in range(4):
+        data = writer.encode(Named(np.ones(2), ["a"]), seq, 0, 0, 0, 0)
+        decoded, _ = reader.decode(data)
+        assert decoded.names == ["a"]
+        decoded.names.append("mine")
+    assert reader._known is not None
+
+
 def test_minimal_integers_of_other_writers_are_read():
     data = pack(unpack(encode(Number(value=1.5), seq=7)))
     decoded, envelope = Decoder(Number).decode(data)
