@@ -1,13 +1,11 @@
 """Input ports."""
 
 import logging
-import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import zenoh
-from zenoh.handlers import RingChannel
 
 from bus.counters import InputStatistics, Meter
 from bus.decoder import Decoder
@@ -15,16 +13,14 @@ from bus.directory import Directory
 from bus.envelope import Received, new_source
 from bus.errors import WireError
 from bus.freshness import Freshness
-from bus.names import key_of
 from bus.output import MAX_MESSAGE
+from bus.receivers import RING, Poll, Pump
 from bus.sample_queue import SampleQueue
 from bus.schema import fields_of, type_name
 from bus.sequence import Sequences
 from bus.waiter import Waiter
 
 logger = logging.getLogger(__name__)
-
-_RING = 64  # messages kept by Zenoh until the pump runs
 
 
 class Input:
@@ -51,6 +47,7 @@ class Input:
         model: str = "",
         dimensions: Mapping[str, int] | None = None,
         max_message: int = MAX_MESSAGE,
+        polled: bool = False,
     ):
         if depth < 1:
             raise ValueError(f"{name}: depth must be at least 1, got {depth}")
@@ -72,14 +69,17 @@ class Input:
         self._explained = 0
         self._meter = Meter()
         origins = [(source, source) for source in self.sources] + [(name, None)]
-        self._pumps = [
-            _Pump(session, key, origin, self._samples, waiter, max_message, directory)
-            for key, origin in origins
-        ]
+        arguments = self._samples, max_message, depth if polled else RING
+        kind = Poll if polled else Pump
+        self._receivers = [kind(session, directory, *origin, *arguments) for origin in origins]
+        self._polls = [receiver for receiver in self._receivers if isinstance(receiver, Poll)]
+        for receiver in self._receivers:
+            if isinstance(receiver, Pump):
+                receiver.start(waiter.wake)
 
     def read(self) -> Received | None:
         """Return the next message, or None when there is none; bad ones are skipped."""
-        while (item := self._samples.pop()) is not None:
+        while (item := self._next()) is not None:
             received = self._accept(*item)
             if received is not None:
                 self.latest = received
@@ -139,12 +139,25 @@ class Input:
         """The name is lost."""
 
     def close(self) -> None:
-        """Receive no more; the pumps end."""
-        for pump in self._pumps:
-            pump.close()
+        """Receive no more; threads end."""
+        for receiver in self._receivers:
+            receiver.close()
+
+    def _next(self) -> tuple | None:
+        item = self._samples.pop()
+        if item is None and self._polls:
+            for poll in self._polls:
+                poll.collect()
+            item = self._samples.pop()
+        return item
 
     def _accept(
-        self, sample: Any, arrival: int, origin: str | None, leader: bytes | None
+        self,
+        sample: Any,
+        arrival: int,
+        origin: str | None,
+        leader: bytes | None,
+        overrun: bool,
     ) -> Received | None:
         statistics = self._statistics
         try:
@@ -165,8 +178,13 @@ class Input:
             return None
         # what this queue dropped and what was refused explains a part of the gap
         explained = self._samples.passed + statistics.refused
-        statistics.lost += max(0, gap - (explained - self._explained))
+        missing = max(0, gap - (explained - self._explained))
         self._explained = explained
+        if overrun:
+            self._samples.dropped += missing
+            self._explained += missing
+        else:
+            statistics.lost += missing
         return Received(data, envelope, arrival)
 
     def _complain(self, text: str) -> None:
@@ -174,44 +192,3 @@ class Input:
         if now - self._complained >= 1.0:
             self._complained = now
             logger.warning("%s: message %s", self.name, text)
-
-
-class _Pump:
-    """Moves the samples of one key into an input's queue and wakes the main thread.
-
-    Of a sample above the limit only its size goes on, so that the queue's memory is
-    bounded. The pump ends when its subscriber is undeclared: `recv` has no timeout of its own.
-    """
-
-    def __init__(
-        self,
-        session: zenoh.Session,
-        name: str,
-        origin: str | None,
-        samples: SampleQueue,
-        waiter: Waiter,
-        limit: int,
-        directory: Directory,
-    ):
-        self._limit, self._leader = limit, directory.leader
-        self._subscriber = session.declare_subscriber(key_of(name), RingChannel(_RING))
-        arguments = (self._subscriber.handler.recv, origin, samples.push, waiter.wake)
-        self._thread = threading.Thread(target=self._run, args=arguments, name=f"pump {name}")
-        self._thread.start()
-
-    def _run(self, receive: Callable, origin: str | None, push: Callable, wake: Callable) -> None:
-        clock, limit, leader = time.monotonic_ns, self._limit, self._leader
-        try:
-            while True:
-                sample = receive()
-                size = len(sample.payload)
-                # the owner at arrival: when the message is read, it may have left for good
-                owner = leader(origin) if origin is not None else None
-                push((sample if size <= limit else size, clock(), origin, owner))
-                wake()
-        except zenoh.ZError:
-            wake()
-
-    def close(self) -> None:
-        self._subscriber.undeclare()
-        self._thread.join()

@@ -141,6 +141,7 @@ class Node:
         dimensions: Mapping[str, int] | None = None,
         max_message: int = MAX_MESSAGE,
         wakes: bool = True,
+        polled: bool = False,
     ) -> Input:
         """Open an input.
 
@@ -151,6 +152,9 @@ class Node:
             model: Refuse messages that carry another hash.
             wakes: Whether a message ends `wait`; no for streams that are read along with
                 another one, where every useless wake costs some 20 us.
+            polled: For loops with a pace of their own, slower than the stream: messages wait
+                in Zenoh until read, which costs no thread and no wake. They count as arrived
+                when they are read.
         """
         waiter = self._waiter if wakes else Waiter()
         sources = [source] if isinstance(source, str) else list(source)
@@ -160,7 +164,7 @@ class Node:
         freshness = Freshness(sources or [name], rate or 0.0, self.clock, self._exists)
         port = Input(
             *(self.session, name, message_type, self.directory, waiter, freshness),
-            *(sources, depth, rate or 0.0, model, dimensions, max_message),
+            *(sources, depth, rate or 0.0, model, dimensions, max_message, polled),
         )
         self.ports.add(port)
         return port

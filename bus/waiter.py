@@ -14,10 +14,11 @@ class Waiter:
 
     def wake(self) -> None:
         """End the present or the next wait."""
-        try:
-            self._lock.release()
-        except RuntimeError:
-            pass  # already awake
+        if self._lock.locked():  # else already awake
+            try:
+                self._lock.release()
+            except RuntimeError:
+                pass  # another thread was faster
 
     def wait(self, timeout: float) -> bool:
         """Wait at most ``timeout`` and at most 0.1 s; return whether something woke us."""

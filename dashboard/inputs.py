@@ -47,6 +47,7 @@ class Inputs:
                 rate=ports.rate(what),
                 model=robot.model_hash,
                 dimensions=robot.dimensions,
+                polled=True,
             )
             for what, message in READ.items()
         }

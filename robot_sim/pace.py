@@ -9,7 +9,7 @@ class RealTime:
     instead of the readers being flooded.
 
     Args:
-        tick: Length of a tick [ns].
+        tick: Wall time of a tick [ns].
         burst: Most ticks per wake.
 
     Attributes:

@@ -30,7 +30,7 @@ class Simulation:
         self.paused = config.paused
         self.ticks = self.refused = 0
         self.waiting_for = ""
-        self._pace = RealTime(TICK, config.burst)
+        self._pace = RealTime(round(TICK / config.speed), config.burst)
         self._steps: list[tuple[int, Pending]] = []  # ticks asked for while paused
         self._resets = 0
         self._open_ports(robot)
@@ -53,6 +53,7 @@ class Simulation:
             ports.name("robot_sim_motor_command", robot),
             MotorCommand,
             source=config.inputs.get("motor_command", ports.name("motor_command", robot)),
+            polled=True,  # read at every tick
             **sizes,
         )
         self._lockstep = None

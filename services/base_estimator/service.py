@@ -13,7 +13,8 @@ from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, SensorFrame
 from services.base_estimator.config import BaseEstimatorConfig
 
-WAIT = 0.01  # s; silence is looked at this often
+WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
+PATIENCE = 0.7  # of a period between looks at the frames, so that no period goes without one
 COMPLAINT = 0.02  # s between messages while the input is silent
 LONGEST_STEP = 0.05  # s; over a longer gap nothing is integrated
 
@@ -42,6 +43,7 @@ class BaseService:
             SensorFrame,
             source=config.inputs.get("sensors", ports.name("sensors", robot)),
             rate=ports.rate("sensors"),
+            polled=not config.lockstep,
             **common,
         )
         self._output = node.output(ports.name("base", robot), BaseState, config.rate, **common)
@@ -50,14 +52,11 @@ class BaseService:
 
     def spin(self) -> None:
         """Wait for a frame, and estimate when an estimate is due."""
-        self._node.wait(WAIT)
+        self._node.wait(WAIT if self._config.lockstep else PATIENCE / self._config.rate)
         if (sample := self._sensors.newest()) is not None:
             self._take(sample)
         if not self._sensors.fresh:
             self._complain()
-        elif not self._node.lockstep.enabled:
-            # Every frame wakes this loop; sleeping over half a period saves their decoding.
-            time.sleep(0.5 / self._config.rate)
 
     def _take(self, sample: Received) -> None:
         envelope = sample.envelope

@@ -13,7 +13,8 @@ from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, ExternalWrenches, GravityTorques, SensorFrame
 from services.gravity_compensator.config import GravityCompensatorConfig
 
-WAIT = 0.01  # s; silence is looked at this often
+WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
+PATIENCE = 0.7  # of a period between looks at the frames, so that no period goes without one
 COMPLAINT = 0.02  # s between messages while an input is silent
 LONGEST_STEP = 0.1  # s; the load sharing moves no further over a longer gap
 
@@ -58,18 +59,16 @@ class GravityService:
             rate=ports.rate(key),
             model=robot.model_hash if kind is not BaseState else "",
             dimensions={**robot.dimensions, "s": len(robot.subtrees)},
+            polled=not self._config.lockstep,
         )
 
     def spin(self) -> None:
         """Wait for messages, and compensate when torques are due."""
-        self._node.wait(WAIT)
+        self._node.wait(WAIT if self._config.lockstep else PATIENCE / self._config.rate)
         if (sample := self._sensors.newest()) is not None:
             self._take(sample)
         if not self._sensors.fresh:
             self._complain()
-        elif not self._node.lockstep.enabled:
-            # Every frame wakes this loop; sleeping over most of a period saves their decoding.
-            time.sleep(0.5 / self._config.rate)
 
     def _take(self, sample: Received) -> None:
         envelope = sample.envelope
