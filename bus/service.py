@@ -1,8 +1,10 @@
 """The frame of every service: command line, settings, node, exit status."""
 
 import argparse
+import faulthandler
 import gc
 import logging
+import signal
 import sys
 from collections.abc import Callable
 from typing import Any, NoReturn
@@ -87,6 +89,7 @@ def _prepare(log_level: str) -> None:
     logging.basicConfig(stream=sys.stderr, level=level, format=line)
     zenoh.init_log_from_env_or("error")
     sys.setswitchinterval(SWITCH_INTERVAL)
+    faulthandler.register(signal.SIGUSR1)  # kill -USR1 shows where a service hangs
 
 
 def _run(main: Main, settings: BaseModel, options: argparse.Namespace, clock_port: Any) -> None:

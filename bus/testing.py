@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 import pytest
@@ -104,9 +104,16 @@ class Process:
         try:
             return self.popen.wait(timeout)
         except subprocess.TimeoutExpired:
+            self._show_stacks()
             raise AssertionError(
                 f"{self.name} did not end within {timeout} s\n{self.output}"
             ) from None
+
+    def _show_stacks(self) -> None:
+        """Let the process write where its threads are."""
+        self.send(signal.SIGUSR1)
+        with suppress(subprocess.TimeoutExpired):
+            self.popen.wait(1.0)
 
     def clean_up(self) -> None:
         """Kill whatever is left of the process group."""

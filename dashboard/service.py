@@ -2,6 +2,7 @@
 
 import logging
 import time
+from contextlib import ExitStack
 from typing import Any
 
 from bus import Node
@@ -19,19 +20,16 @@ STEP = 0.05  # [s] at most between looks at the bus's requests
 def main(node: Node, config: DashboardConfig) -> None:
     """Serve the page until the process is asked to end."""
     robot = load_robot(config.robot)
-    server = open_server(config)
-    try:
+    with ExitStack() as stack:
+        server = open_server(config)
+        stack.callback(server.stop)
         page = Page(node, robot, robot.load_surface(), server, config)
+        stack.callback(page.close)
         node.parameters.on_change(_refuse)
         node.verb("status", lambda: _status(node, server.url), "state, and the page's address")
         node.ready()
         print(f"dashboard: {server.url}", flush=True)
-        try:
-            _loop(node, page, config)
-        finally:
-            page.close()
-    finally:
-        server.stop()
+        _loop(node, page, config)
 
 
 def _status(node: Node, url: str) -> dict[str, Any]:

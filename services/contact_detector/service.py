@@ -129,10 +129,10 @@ class ContactService:
 
     def _up_base(self) -> np.ndarray | None:
         """Upwards in base axes by the base estimator, None when that is not known."""
-        if self._config.support == "floor":
-            return None
         self._base.newest()
         latest = self._base.latest
+        if self._config.support == "floor":
+            return None
         if latest is None or not self._base.fresh or not latest.envelope.valid:
             return None
         w, x, y, z = latest.data.quat_wxyz

@@ -4,6 +4,7 @@ import time
 from contextlib import closing
 
 from bus import Node
+from bus.envelope import SIMULATED
 from robot_model import Robot, load_robot
 from services.sensor_server.command_ports import CommandPorts
 from services.sensor_server.config import SensorServerConfig
@@ -54,10 +55,10 @@ class SensorServer:
             self._node.lockstep.acknowledge(reading.stamp)
 
     def _now(self) -> float:
-        """Seconds of the robot's time: none pass while it is paused."""
-        if self._config.lockstep:
-            last = self.frames.reading
-            return self._running.advance(last.stamp if last else 0)
+        """Seconds of the robot's time: none pass while it is paused, few in slow motion."""
+        last = self.frames.reading
+        if last is not None and last.clock == SIMULATED:
+            return self._running.advance(last.stamp)
         return self._running.advance(time.monotonic_ns(), not self._driver.paused)
 
     def _configure(self, old: SensorServerConfig, new: SensorServerConfig) -> None:
