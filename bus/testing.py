@@ -101,6 +101,10 @@ class Process:
         """End the process by a signal; return its exit status, fail when it does not end."""
         if self.popen.poll() is None:
             self.popen.send_signal(number)
+        return self.ended(timeout)
+
+    def ended(self, timeout: float = STOP_WITHIN) -> int:
+        """Return the exit status; fail, showing its threads, when it does not end in time."""
         try:
             return self.popen.wait(timeout)
         except subprocess.TimeoutExpired:

@@ -2,7 +2,7 @@
 
 import signal
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import psutil
@@ -36,15 +36,22 @@ class Stack:
     Args:
         robot: Whose ports are watched.
         settings: Arguments of services besides their defaults.
+        without: Services that are not needed.
     """
 
-    def __init__(self, robot: Robot, settings: Mapping[str, Sequence[str]] | None = None):
+    def __init__(
+        self,
+        robot: Robot,
+        settings: Mapping[str, Sequence[str]] | None = None,
+        without: Collection[str] = (),
+    ):
         self.robot = robot
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.processes: dict[str, Process] = {}
         self._settings = {**SLOW_MOTION, **(settings or {})}
         self._inputs: dict[str, Input] = {}
         self._node: Node | None = None
+        self._services = [name for name in MODULES if name not in without]
 
     @property
     def node(self) -> Node:
@@ -55,13 +62,13 @@ class Stack:
     def __enter__(self) -> "Stack":
         try:
             self.start("hub")
-            for name in MODULES:
+            for name in self._services:
                 self.start(name)
             self._node = Node("observer", connect=self.endpoint, signals=False)
             for key in STREAMS:
                 self._inputs[key] = self.listen(key)
             self.node.ready(PATIENCE)
-            self.await_ready(MODULES)
+            self.await_ready(self._services)
             return self
         except BaseException:
             self.__exit__()

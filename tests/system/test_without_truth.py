@@ -35,7 +35,7 @@ def settings(truth: bool) -> dict[str, list[str]]:
 
 def run(robot: Robot, truth: bool) -> Record:
     """Run the robot for some ticks and return everything that was computed."""
-    with Stack(robot, settings(truth)) as stack:
+    with Stack(robot, settings(truth), without=["dashboard"]) as stack:
         with Node("recorder", connect=stack.endpoint, signals=False) as node:
             keys = (*STREAMS, "truth") if truth else STREAMS
             inputs = {key: _listen(node, robot, key) for key in keys}
