@@ -112,9 +112,16 @@ def call(
             return result_of(request, port, verb, timeout)
         if not request.done:
             raise RpcTimeout(f"{port} {verb}: no answer within {timeout:g} s")
-        if time.monotonic() >= absent_until:
+        now = time.monotonic()
+        if now >= deadline or (now >= absent_until and not _stands(node, port)):
             raise RpcAbsent(f"nobody answers on {port}")
         time.sleep(0.02)
+
+
+def _stands(node: Any, port: str) -> bool:
+    """Whether the port's token is seen: then its queries are on their way to us."""
+    directory = getattr(node, "directory", None)
+    return directory is not None and directory.leader(port) is not None
 
 
 def _await(request: Request, node: Any, port: str, deadline: float) -> None:

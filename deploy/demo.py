@@ -9,8 +9,10 @@ from robot_sim.scenario import load_scenario
 SUPPORT = {"free": "floor", "fixed": "pole"}
 
 
-def demo_application(robot: str, scenario: str, profile: str, base: str) -> Application:
-    """Return the packaged demo for a robot, a scenario, a noise profile and a base.
+def demo_application(
+    robot: str, scenario: str, profile: str, base: str, speed: float = 1.0
+) -> Application:
+    """Return the packaged demo for a robot, a scenario, a noise profile, a base and a speed.
 
     Raises:
         UsageError: No such robot, scenario or profile, or a wrong file.
@@ -21,5 +23,6 @@ def demo_application(robot: str, scenario: str, profile: str, base: str) -> Appl
     except (DescriptionError, LookupError, ValueError, OSError) as error:
         raise UsageError(str(error)) from None
     application = load_application("demo").with_common({"robot": robot, "support": SUPPORT[base]})
-    application = application.with_params("robot_sim", {"profile": profile, "base": base})
+    plant = {"profile": profile, "base": base, "speed": speed}
+    application = application.with_params("robot_sim", plant)
     return application.with_arguments("scenario", {"name": scenario})

@@ -39,3 +39,31 @@ class RealTime:
     def remaining(self, now: int) -> float:
         """Return the seconds until the next tick, never negative."""
         return max(0, self._next - now) * 1e-9
+
+
+class SlipWatch:
+    """Notices, once per period, that the machine is too slow for real time.
+
+    Args:
+        period: Between looks [ns].
+        share: Of the ticks given up in a period above which it is worth a word.
+    """
+
+    def __init__(self, period: int = 10_000_000_000, share: float = 0.1):
+        self._period, self._share = period, share
+        self._due = self._ticks = self._slipped = 0
+
+    def lost(self, now: int, ticks: int, slipped: int) -> float:
+        """Return the share of ticks given up lately when it is large, else 0.
+
+        Args:
+            now: Monotonic time [ns].
+            ticks, slipped: Ticks taken and given up since the start.
+        """
+        if now < self._due:
+            return 0.0
+        first = self._due == 0
+        taken, given_up = ticks - self._ticks, slipped - self._slipped
+        self._due, self._ticks, self._slipped = now + self._period, ticks, slipped
+        share = given_up / max(1, taken + given_up)
+        return 0.0 if first or share < self._share else share

@@ -10,7 +10,7 @@ from bus.lockstep import Lockstep
 from robot_model import Robot, ports
 from robot_model.messages import GroundTruth, MotorCommand, RawFrame
 from robot_sim.config import SimConfig
-from robot_sim.pace import RealTime
+from robot_sim.pace import RealTime, SlipWatch
 from robot_sim.plant import TICK, Base, Plant
 from robot_sim.scenario import ScenarioPlayer, load_scenario
 
@@ -31,6 +31,7 @@ class Simulation:
         self.ticks = self.refused = 0
         self.waiting_for = ""
         self._pace = RealTime(round(TICK / config.speed), config.burst)
+        self._slip_watch = SlipWatch()
         self._steps: list[tuple[int, Pending]] = []  # ticks asked for while paused
         self._resets = 0
         self._open_ports(robot)
@@ -86,6 +87,11 @@ class Simulation:
     def _run_real_time(self) -> None:
         for _ in range(self._pace.due(time.monotonic_ns())):
             self._tick()
+        if lost := self._slip_watch.lost(time.monotonic_ns(), self.ticks, self.slipped):
+            logger.warning(
+                "this machine is too slow: %.0f %% of real time is lost; speed %.2g would hold",
+                *(100.0 * lost, 0.8 * (1.0 - lost) * self._config.speed),
+            )
         # Sleeping, and only then looking at the bus: waiting on the bus would wake at
         # every command that arrives between two ticks.
         time.sleep(self._pace.remaining(time.monotonic_ns()))

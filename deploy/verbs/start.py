@@ -23,6 +23,7 @@ class Base(StrEnum):
     fixed = "fixed"
 
 
+SPEED_HELP = "Of the simulation to wall time; less than 1 on a machine that is too slow."
 MODULES = {"robot_sim": "robot_sim", "dashboard": "dashboard", "hub": "bus.hub"}
 
 
@@ -33,11 +34,12 @@ def demo(
     scenario: Annotated[str, typer.Option(help="What happens to it, by name or file.")] = "demo",
     profile: Annotated[str, typer.Option(help="Noise of the sensors.")] = "realistic",
     base: Annotated[Base, typer.Option(help="Free on the floor, or fixed on a pole.")] = Base.free,
+    speed: Annotated[float, typer.Option(min=0.05, max=10.0, help=SPEED_HELP)] = 1.0,
 ) -> None:
     """Start the simulated robot and all services, and open the page."""
     from deploy.demo import demo_application
 
-    application = demo_application(robot, scenario, profile, base.value)
+    application = demo_application(robot, scenario, profile, base.value, speed)
 
     def welcome(launcher: "Launcher") -> None:
         tell(launcher)

@@ -1,6 +1,6 @@
 """Real time with bounded catch-up."""
 
-from robot_sim.pace import RealTime
+from robot_sim.pace import RealTime, SlipWatch
 
 TICK = 1_000_000
 
@@ -41,3 +41,12 @@ def test_a_pause_is_not_caught_up():
     pace.start(1000 * TICK)
     assert pace.due(1000 * TICK) == 0
     assert pace.due(1001 * TICK) == 1
+
+
+def test_lost_real_time_is_noticed_once_per_period_and_a_little_is_not():
+    watch = SlipWatch(period=1000, share=0.1)
+    assert watch.lost(5000, ticks=10, slipped=90) == 0.0  # what the start cost
+    assert watch.lost(5500, ticks=20, slipped=200) == 0.0
+    assert watch.lost(6000, ticks=90, slipped=110) == 0.2
+    assert watch.lost(6001, ticks=90, slipped=500) == 0.0
+    assert watch.lost(7000, ticks=1090, slipped=120) == 0.0

@@ -15,7 +15,7 @@ from tests.system.stack import Stack
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 FORCE_WORLD = np.array([0.0, 6.0, -8.0])  # N
-STILL = 5e-3  # rad/s
+STILL = 0.02  # rad/s
 TOLERANCE = np.array([0.2] * 3 + [0.05] * 3)  # N, N m
 
 
