@@ -18,7 +18,7 @@ from tests.system.stack import MODULES, STREAMS, Stack
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 TICKS = 300
 PARTICIPANTS = [name for name in MODULES if name not in ("robot_sim", "dashboard")]
-EXACT = ("sensors", "torques", "wrenches", "ft_prediction", "base")
+EXACT = ("sensors", "torques", "wrenches", "ft_prediction", "base", "residuals", "contacts")
 Record = dict[str, dict[int, Any]]  # data by stream and stamp
 
 
@@ -84,6 +84,7 @@ def test_no_output_changes_when_the_truth_port_is_absent(robot: Robot):
     for key in EXACT:
         assert len(set(with_truth[key]) & set(without[key])) > 10, key
         assert difference(with_truth[key], without[key]) == 0.0, key
-    for key in set(STREAMS) - set(EXACT):  # these join streams by arrival
-        assert with_truth[key] and without[key], key
-        assert difference(with_truth[key], without[key]) < 0.1, key
+    # which base estimate a posture meets is chance, within a tick or two
+    gravity = [{s: m for s, m in run["gravity"].items() if m[1]} for run in (with_truth, without)]
+    assert len(set(gravity[0]) & set(gravity[1])) > 10
+    assert difference(*gravity) < 0.1  # N m
