@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser
+from playwright.sync_api import TimeoutError as NotInTime
 
 from dashboard.chromium import open_browser, show
 
@@ -47,7 +48,7 @@ class Looked:
         test = "([id, pattern]) => new RegExp(pattern).test(document.getElementById(id)?.innerText)"
         try:
             self.page.wait_for_function(test, arg=[identifier, pattern], polling=100)
-        except TimeoutError:
+        except NotInTime:
             pytest.fail(f"{identifier}: expected {pattern!r}, reads {self.text(identifier)!r}")
 
 

@@ -14,19 +14,15 @@ PAGE = ("--set", "push_duration=3.0")  # [s] of simulated time
 LEFT_FOREARM = r"^contact: l_forearm [0-9.]+ N p=[01]\.\d\d$"
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def stack():
     with Stack(load_robot("icub"), {"robot_sim": PLANT, "dashboard": PAGE}) as running:
         running.await_whole()
         yield running
 
 
-@pytest.fixture
-def page(stack, look):
-    return look(stack.node.call("/dashboard/rpc:i", "status")["url"])
-
-
-def test_push_on_the_left_forearm_is_a_contact_on_the_left_forearm(page):
+def test_a_push_is_a_contact_there_and_tare_pause_and_stop_are_heard(stack, look):
+    page = look(stack.node.call("/dashboard/rpc:i", "status")["url"])
     page.await_text("status", r"^live t = [0-9.]+ s$")
     page.await_text("alarm", "^no contact$")
     choose(page.page, "Link", "l_forearm")
@@ -35,18 +31,14 @@ def test_push_on_the_left_forearm_is_a_contact_on_the_left_forearm(page):
     page.await_text("alarm", "^no contact$")
     page.await_text("last", "^last contact: l_")
 
-
-def test_tare_says_what_it_has_done(page):
-    page.await_text("alarm", "^no contact$")
     page.press("Tare")
     page.await_text("result", "^tare (torque_observer|contact_detector): ")
 
-
-def test_pause_and_stop_are_heard_by_the_robot(page):
     page.press("Pause")
     page.await_text("status", "^paused")
     page.press("Resume")
     page.await_text("status", "^live")
+
     page.press("Stop")
     page.await_text("status", "stopped")
     page.press("Release")

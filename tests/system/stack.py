@@ -24,8 +24,11 @@ MODULES = {
 # what is computed, and must therefore be valid or say why not
 STREAMS = ("sensors", "base", "torques", "wrenches", "ft_prediction")
 STREAMS += ("gravity", "residuals", "contacts")
-# what is tested here does not depend on speed, and a loaded machine must not spoil it
-SLOW_MOTION = {"robot_sim": ("--set", "speed=0.3")}
+SETTINGS = {
+    # what is tested here does not depend on speed, and a loaded machine must not spoil it
+    "robot_sim": ("--set", "speed=0.3"),
+    "dashboard": ("--set", "idle_rate=10"),  # Hz at which an unwatched page reads its inputs
+}
 PATIENCE = 60.0  # s; two loaded cores
 SILENT = 0.5  # s without a message
 
@@ -48,7 +51,7 @@ class Stack:
         self.robot = robot
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.processes: dict[str, Process] = {}
-        self._settings = {**SLOW_MOTION, **(settings or {})}
+        self._settings = {**SETTINGS, **(settings or {})}
         self._inputs: dict[str, Input] = {}
         self._node: Node | None = None
         self._services = [name for name in MODULES if name not in without]
