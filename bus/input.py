@@ -132,6 +132,15 @@ class Input:
         """Name and version of the message type."""
         return type_name(self.type)
 
+    def rest(self, resting: bool) -> None:
+        """Stop reading the source ports of a polled input, or go on; its own key is always read.
+
+        What is missed meanwhile is not counted as lost.
+        """
+        for poll in self._polls:
+            poll.rest(resting)
+        self._sequences = Sequences()
+
     def stand(self) -> None:
         """The name is ours; an input reads without it too."""
 

@@ -39,7 +39,11 @@ class Receiver:
     ):
         self._name, self._origin, self._leader = name, origin, directory.leader
         self._push, self._limit, self._ring = samples.push, limit, ring
-        self._subscriber = session.declare_subscriber(key_of(name), RingChannel(ring))
+        self._session = session
+        self._subscriber = self._subscribe()
+
+    def _subscribe(self) -> zenoh.Subscriber:
+        return self._session.declare_subscriber(key_of(self._name), RingChannel(self._ring))
 
     def close(self) -> None:
         """Receive no more."""
@@ -54,9 +58,25 @@ class Poll(Receiver):
     """
 
     _owner: bytes | None = None  # the last one; it may have left after writing
+    _resting = False
+
+    def rest(self, resting: bool) -> None:
+        """Receive nothing for a while; writers then have one reader less. Or go on."""
+        if resting and not self._resting and self._origin is not None:
+            self._resting = True
+            self._subscriber.undeclare()
+        elif self._resting and not resting:
+            self._resting = False
+            self._subscriber = self._subscribe()
+
+    def close(self) -> None:
+        if not self._resting:
+            super().close()
 
     def collect(self) -> None:
         """Move what has come into the queue."""
+        if self._resting:
+            return
         receive = self._subscriber.handler.try_recv
         samples = []
         while len(samples) < self._ring and (sample := receive()) is not None:

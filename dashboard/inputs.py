@@ -68,6 +68,11 @@ class Inputs:
                 self._good.pop(what, None)
         return Snapshot(**self._good)
 
+    def rest(self, resting: bool) -> None:
+        """Read nothing while nobody looks, so that nobody writes for us alone."""
+        for source in self._inputs.values():
+            source.rest(resting)
+
     def trouble(self, what: str) -> str:
         """Return why the last snapshot lacks a message; empty when it has it."""
         return "" if what in self._good else self._troubles.get(what, "not read yet")

@@ -69,6 +69,10 @@ class Page:
             if self._lines.due(now):
                 self._say(known, now)
 
+    def rest(self, resting: bool) -> None:
+        """Read nothing while nobody looks, or go on."""
+        self._inputs.rest(resting)
+
     def close(self) -> None:
         """End the threads of the page."""
         self._watch.close()

@@ -48,6 +48,7 @@ def _refuse(old: DashboardConfig, new: DashboardConfig) -> None:
 def _loop(node: Node, page: Page, config: DashboardConfig) -> None:
     """Sleep through arriving messages: only the newest at the time of a frame is drawn."""
     due, watched = time.monotonic(), False
+    page.rest(True)
     while node.running:
         page.update()
         period = 1.0 / (config.scene_rate if watched else config.idle_rate)
@@ -57,4 +58,5 @@ def _loop(node: Node, page: Page, config: DashboardConfig) -> None:
             node.wait(0.0)
             if page.watched != watched:
                 watched = not watched
+                page.rest(not watched)
                 break

@@ -296,3 +296,21 @@ def test_a_polled_input_counts_what_newer_messages_have_pushed_out_as_dropped(wr
         assert inp.newest().envelope.seq == written
     statistics = inp.statistics
     assert (statistics.received, statistics.dropped, statistics.lost) == (6, 12, 0)
+
+
+def test_a_resting_input_leaves_its_source_unmatched_and_counts_nothing_as_lost(writer, node):
+    out, inp = pair(writer, node, polled=True)
+    out.write(Number(value=0.0))
+    collect(node, inp, 1)
+    inp.rest(True)
+    eventually(lambda: not out.matched)
+    for k in range(5):
+        out.write(Number(value=float(k)))
+    with Node("direct", connect=node.endpoint, signals=False) as direct:
+        own = direct.output("/r/x:i", Number)
+        eventually(lambda: own.write(Number(value=7.0)) or inp.read())
+    inp.rest(False)
+    eventually(lambda: out.matched)
+    out.write(Number(value=9.0))
+    eventually(lambda: (r := inp.read()) and r.data.value == 9.0)
+    assert inp.statistics.lost == inp.statistics.dropped == 0
