@@ -30,7 +30,7 @@ def _in(template: str, message: str, rate: float, owner: str, description: str) 
 
 PORTS: dict[str, Port] = {
     "raw": Port("/<robot>/raw:o", "RawFrame", 1000, "robot_sim", "what the driver delivers"),
-    "clock": Port("/<robot>/clock:o", "Clock", 1000, "robot_sim", "simulated time and its state"),
+    "clock": Port("/<robot>/clock:o", "Clock", 50, "robot_sim", "simulated time and its state"),
     "truth": Port("/<robot>/truth:o", "GroundTruth", 250, "robot_sim", "what the plant knows"),
     "sensors": Port(
         "/<robot>/sensors:o", "SensorFrame", 1000, "sensor_server", "all channels of one instant"
@@ -43,7 +43,7 @@ PORTS: dict[str, Port] = {
     ),
     "inertial": Port("/<robot>/inertial:o", "Inertial", 1000, "sensor_server", "inertial sensors"),
     "motor_command": Port(
-        "/<robot>/motor_command:o", "MotorCommand", 1000, "sensor_server", "what the boards do"
+        "/<robot>/motor_command:o", "MotorCommand", 200, "sensor_server", "what the boards do"
     ),
     "base": Port(
         "/<robot>/base:o", "BaseState", 250, "base_estimator", "pose and velocity of the base"
@@ -77,7 +77,7 @@ PORTS: dict[str, Port] = {
         "/<robot>/command:i", "JointCommand", 0, "sensor_server", "position, velocity or torque"
     ),
     "robot_sim_motor_command": _in(
-        "/<robot>/robot_sim/motor_command:i", "MotorCommand", 1000, "robot_sim", "for the boards"
+        "/<robot>/robot_sim/motor_command:i", "MotorCommand", 200, "robot_sim", "for the boards"
     ),
 }
 

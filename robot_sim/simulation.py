@@ -49,7 +49,7 @@ class Simulation:
         truth, rate = ports.name("truth", robot), ports.rate("truth")
         self._truth = node.output(truth, GroundTruth, rate, **sizes) if config.truth else None
         self._truth_period = round(1e9 / rate)
-        self._clock = ClockServer(node, ports.name("clock", robot))
+        self._clock = ClockServer(node, ports.name("clock", robot), ports.rate("clock"))
         self._commands = node.input(
             ports.name("robot_sim_motor_command", robot),
             MotorCommand,

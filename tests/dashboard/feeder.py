@@ -64,7 +64,7 @@ class Feeder:
             for what, message in MESSAGES.items()
             if what not in config.mute
         }
-        self.clock = ClockServer(node, ports.name("clock", robot))
+        self.clock = ClockServer(node, ports.name("clock", robot), ports.rate("clock"))
         self.push: dict[str, Any] | None = None
         self.until = 0.0
         self.time, self.paused, self.holding = 0.0, False, False
