@@ -16,7 +16,7 @@ from robot_model import Robot, messages, ports
 from tests.system.stack import MODULES, STREAMS, Stack
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
-TICKS = 300
+TICKS = 200
 PARTICIPANTS = [name for name in MODULES if name not in ("robot_sim", "dashboard")]
 EXACT = ("sensors", "torques", "wrenches", "ft_prediction", "base", "residuals", "contacts")
 Record = dict[str, dict[int, Any]]  # data by stream and stamp
