@@ -50,4 +50,5 @@ $(STAMP): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt \
 		--no-build-isolation -e ".[test]"
 	-@$(BIN)/python -m compileall -q -j 0 .venv/lib >/dev/null
+	-@$(BIN)/python -m robot_model.surface icub >/dev/null  # cached, so that no first start waits
 	@touch $@
