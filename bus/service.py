@@ -4,8 +4,10 @@ import argparse
 import faulthandler
 import gc
 import logging
+import os
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from typing import Any, NoReturn
 
@@ -21,6 +23,7 @@ from bus.signals import stop_flag
 logger = logging.getLogger(__name__)
 
 Main = Callable[[Node, Any], None]
+LEAVE_WITHIN = 3.0  # s; usually 0.3 s, and Zenoh has been seen to take more than 5 s
 SWITCH_INTERVAL = 1e-4  # s; with Python's 5 ms a busy thread delays the loop by as much
 
 
@@ -106,7 +109,24 @@ def _run(main: Main, settings: BaseModel, options: argparse.Namespace, clock_por
         parameters=Parameters(settings),
     ) as node:
         node.on_ready.append(_freeze)
-        main(node, settings)
+        try:
+            main(node, settings)
+        finally:
+            failed = sys.exc_info()[0] is not None and not stop_flag.set
+            _end_by_force(int(failed))
+
+
+def _end_by_force(status: int) -> None:
+    """End the process soon, also when the session hangs in closing; its links go with it."""
+
+    def end() -> None:
+        logger.error("leaving the bus takes too long; ending without it")
+        sys.stderr.flush()
+        os._exit(status)
+
+    timer = threading.Timer(LEAVE_WITHIN, end)
+    timer.daemon = True
+    timer.start()
 
 
 def _freeze() -> None:

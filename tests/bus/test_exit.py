@@ -101,3 +101,9 @@ def test_a_service_ends_with_zero_while_it_starts(hub, number):
 def _catches_sigterm(pid):
     caught = Path(f"/proc/{pid}/status").read_text().partition("SigCgt:")[2].split()[0]
     return int(caught, 16) & 1 << (signal.SIGTERM - 1)
+
+
+def test_a_service_ends_although_leaving_the_bus_hangs(start):
+    stuck = start("tests.bus.stuck", service="stuck")
+    assert stuck.stop() == 0
+    assert "leaving the bus takes too long" in stuck.output
