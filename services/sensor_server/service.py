@@ -34,13 +34,15 @@ class SensorServer:
         self._node, self._config, self._driver = node, config, driver
         self.frames = Frames(node, robot, config, driver)
         self.commands = CommandPorts(node, robot, config, driver)
-        self._running = RunningTime()
+        self._wall, self._stamps = RunningTime(), RunningTime()
+        self._valid = False  # the last reading
         node.verb("status", self.status, help="state of command, watchdogs, virtual torques")
         node.parameters.on_change(self._configure)
 
     def spin(self) -> None:
         """Wait for one frame at most, then see to commands and watchdogs."""
         reading = self._driver.read(WAIT)
+        self._valid = reading.valid if reading else self._valid
         if reading and reading.valid:
             if self.frames.publish(reading):
                 self.commands.restart()
@@ -55,11 +57,18 @@ class SensorServer:
             self._node.lockstep.acknowledge(reading.stamp)
 
     def _now(self) -> float:
-        """Seconds of the robot's time: none pass while it is paused, few in slow motion."""
-        last = self.frames.reading
-        if last is not None and last.clock == SIMULATED:
-            return self._running.advance(last.stamp)
-        return self._running.advance(time.monotonic_ns(), not self._driver.paused)
+        """Seconds of the robot's time: none pass while it is paused, few in slow motion.
+
+        Wall time counts where stamps cannot: while frames stay away or are invalid.
+        """
+        last, paused = self.frames.reading, self._driver.paused
+        if last is None or last.clock != SIMULATED:
+            return self._wall.advance(time.monotonic_ns(), not paused)
+        silent = not (paused or self._config.lockstep) and self._is_silent()
+        return self._wall.advance(time.monotonic_ns(), silent) + self._stamps.advance(last.stamp)
+
+    def _is_silent(self) -> bool:
+        return not self._valid or bool(self._driver.silence)
 
     def _configure(self, old: SensorServerConfig, new: SensorServerConfig) -> None:
         self.commands.configure(new)

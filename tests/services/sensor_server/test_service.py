@@ -194,6 +194,26 @@ def test_a_torque_command_that_is_not_renewed_ends_in_a_safe_hold(
     assert "no torque command" in status["reason"] and bench.driver.commands[-1].mode == "position"
 
 
+def test_a_torque_command_ends_in_a_safe_hold_also_when_the_frames_stay_away(
+    bench, frames, client, types, robot
+):
+    out = writer(bench, client, "command", JointCommand, types)
+    bench.step()
+
+    def taken():
+        out.write(JointCommand(mode="torque", value=np.zeros(robot.n)))
+        bench.step()
+        return bench.server.status()["mode"] == "torque"
+
+    eventually(taken, PATIENCE)
+
+    def held():
+        bench.server.spin()
+        return bench.server.status()["holding"]
+
+    eventually(held, PATIENCE)
+
+
 def test_the_feedforward_follows_valid_messages_and_fades_without_them(
     bench, frames, client, types, robot
 ):
