@@ -13,6 +13,7 @@ from bus.directory import Directory
 from bus.envelope import Received, new_source
 from bus.errors import WireError
 from bus.freshness import Freshness
+from bus.names import key_of, thinned_key
 from bus.output import MAX_MESSAGE
 from bus.receivers import RING, Poll, Pump
 from bus.sample_queue import SampleQueue
@@ -48,6 +49,7 @@ class Input:
         dimensions: Mapping[str, int] | None = None,
         max_message: int = MAX_MESSAGE,
         polled: bool = False,
+        thinned: bool = False,
     ):
         if depth < 1:
             raise ValueError(f"{name}: depth must be at least 1, got {depth}")
@@ -68,7 +70,8 @@ class Input:
         self._complained = 0.0
         self._explained = 0
         self._meter = Meter()
-        origins = [(source, source) for source in self.sources] + [(name, None)]
+        key = thinned_key if thinned else key_of
+        origins = [(key(source), source) for source in self.sources] + [(key_of(name), None)]
         arguments = self._samples, max_message, depth if polled else RING
         kind = Poll if polled else Pump
         self._receivers = [kind(session, directory, *origin, *arguments) for origin in origins]

@@ -29,6 +29,11 @@ def key_of(name: str) -> str:
     return check_name(name)[1:]
 
 
+def thinned_key(name: str) -> str:
+    """Return the Zenoh key of an output's thinned stream."""
+    return f"@wb/thinned/{key_of(name)}"
+
+
 def to_chunk(text: str) -> str:
     """Quote any text so that it is one chunk of a Zenoh key."""
     return quote(text, safe="") or _EMPTY

@@ -23,6 +23,7 @@ from bus.rpc import call
 from bus.rpc_server import Handler, RpcServer
 from bus.session import LOOPBACK, open_session
 from bus.signals import stop_flag
+from bus.stream import THINNED_HZ
 from bus.tokens import Owner, Token
 from bus.waiter import SLICE, Waiter
 
@@ -142,6 +143,7 @@ class Node:
         max_message: int = MAX_MESSAGE,
         wakes: bool = True,
         polled: bool = False,
+        thinned: bool = False,
     ) -> Input:
         """Open an input.
 
@@ -155,16 +157,20 @@ class Node:
             polled: For loops with a pace of their own, slower than the stream: messages wait
                 in Zenoh until read, which costs no thread and no wake. They count as arrived
                 when they are read.
+            thinned: For readers that need no more than 250 Hz of a faster stream: of its
+                sources they receive the first message of each 4 ms of the session's clock.
         """
         waiter = self._waiter if wakes else Waiter()
         sources = [source] if isinstance(source, str) else list(source)
         for each in (check_name(name, "input"), *sources):
             check_name(each)
         self.ports.check_free(name)
+        if thinned and rate:
+            rate = min(rate, THINNED_HZ)
         freshness = Freshness(sources or [name], rate or 0.0, self.clock, self._exists)
         port = Input(
             *(self.session, name, message_type, self.directory, waiter, freshness),
-            *(sources, depth, rate or 0.0, model, dimensions, max_message, polled),
+            *(sources, depth, rate or 0.0, model, dimensions, max_message, polled, thinned),
         )
         self.ports.add(port)
         return port

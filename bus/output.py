@@ -6,14 +6,14 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import zenoh
-from zenoh.handlers import Callback
 
 from bus.counters import Meter, OutputStatistics
 from bus.encoder import Encoder
 from bus.envelope import WALL, Envelope, new_source
 from bus.errors import BusError, WireError
-from bus.names import key_of
+from bus.names import key_of, thinned_key
 from bus.schema import fields_of, type_name
+from bus.stream import THINNED_HZ, Stream, ThinnedStream
 
 MAX_MESSAGE = 65536  # bytes of one message, unless a port is opened with another limit
 
@@ -49,19 +49,23 @@ class Output:
         self.statistics = OutputStatistics()
         self.owned = name.endswith(":o")
         self.standing = not self.owned
-        self.matched = False
         self._encoder = Encoder(message_type, self.source, self.epoch, model, dimensions)
         self._max_message = max_message
-        self._seq = 0
         self._now = now or (lambda: (time.time_ns(), WALL))
         self._lock = threading.Lock()
         self._meter = Meter()
-        self._publisher = _publisher(session, name, reliable)
-        self._listener = self._publisher.declare_matching_listener(
-            Callback(self._on_matching, indirect=False)
-        )
-        status: Any = self._publisher.matching_status  # its stub says bool
-        self.matched = self.matched or status.matching
+        self._stream = Stream(session, key_of(name), reliable)
+        self._thinned = ThinnedStream(session, thinned_key(name)) if self.owned else None
+
+    @property
+    def matched(self) -> bool:
+        """Whether anybody reads every message."""
+        return self._stream.matched
+
+    def wanted(self, stamp: int, valid: bool = True) -> bool:
+        """Whether anybody would read a message of this stamp [ns]."""
+        thinned = self._thinned
+        return self._stream.matched or (thinned is not None and thinned.due(stamp, valid))
 
     def write(
         self,
@@ -92,16 +96,23 @@ class Output:
         elif stamp is None:
             stamp, clock = self._now()
         acquired = sent if acquired is None else acquired
+        times = stamp, clock or WALL, acquired, sent
         with self._lock:
-            message = self._encoder.encode(
-                data, self._seq + 1, stamp, clock or WALL, acquired, sent, valid, reason
-            )
-            if len(message) > self._max_message:
-                raise WireError(f"{self.name}: {len(message)} bytes, limit {self._max_message}")
-            self._seq += 1
-            self._publisher.put(message)
+            size = self._put(self._stream, data, times, valid, reason)
+            if self._thinned is not None and self._thinned.due(times[0], valid):
+                self._put(self._thinned, data, times, valid, reason)
+                self._thinned.take(times[0])
         self.statistics.written += 1
-        self.statistics.bytes += len(message)
+        self.statistics.bytes += size
+
+    def _put(
+        self, stream: Stream, data: Any, times: tuple[int, int, int, int], valid: bool, reason: str
+    ) -> int:
+        message = self._encoder.encode(data, stream.seq + 1, *times, valid, reason)
+        if len(message) > self._max_message:
+            raise WireError(f"{self.name}: {len(message)} bytes, limit {self._max_message}")
+        stream.put(message)
+        return len(message)
 
     def info(self) -> dict[str, Any]:
         """Return what `bus.introspection.port_info` shows."""
@@ -110,7 +121,7 @@ class Output:
             "description": self.type.__doc__ or "",
             "statistics": self.statistics.as_map(),
             "hz": self._meter.rate(self.statistics.written),
-            "matched": self.matched,
+            "wanted_hz": self._wanted_hz(),
         }
 
     @property
@@ -129,18 +140,13 @@ class Output:
     def close(self) -> None:
         """Write no more."""
         self.fall()
-        self._listener.undeclare()
-        self._publisher.undeclare()
+        self._stream.close()
+        if self._thinned is not None:
+            self._thinned.close()
 
-    def _on_matching(self, status: zenoh.MatchingStatus) -> None:
-        self.matched = status.matching
-
-
-def _publisher(session: zenoh.Session, name: str, reliable: bool) -> zenoh.Publisher:
-    """Return a publisher that drops what a full link cannot take, or waits at most 20 ms."""
-    control, priority = zenoh.CongestionControl.DROP, zenoh.Priority.REAL_TIME
-    if reliable:  # of its own priority, so that it cannot stall the others
-        control, priority = zenoh.CongestionControl.BLOCK, zenoh.Priority.INTERACTIVE_HIGH
-    return session.declare_publisher(
-        key_of(name), congestion_control=control, priority=priority, express=True
-    )
+    def _wanted_hz(self) -> float:
+        """The nominal rate, less where only a thinned stream is read, 0 while nobody reads."""
+        if self._stream.matched:
+            return self.rate
+        thinned = self._thinned is not None and self._thinned.matched
+        return min(self.rate, THINNED_HZ) if thinned else 0.0

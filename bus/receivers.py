@@ -8,7 +8,6 @@ import zenoh
 from zenoh.handlers import RingChannel
 
 from bus.directory import Directory
-from bus.names import key_of
 from bus.sample_queue import SampleQueue
 
 RING = 64  # messages kept by Zenoh until a pump runs
@@ -20,8 +19,8 @@ class Receiver:
     Of a sample above the limit only its size goes on, so that the queue's memory is bounded.
 
     Args:
-        name: The port whose key it is.
-        origin: The port again when only its owner is heard, else None.
+        key: Where the messages are put.
+        origin: The port when only its owner is heard, else None.
         samples: Where the samples go.
         limit: Of one message [bytes].
         ring: Messages that Zenoh keeps until we take them.
@@ -31,19 +30,19 @@ class Receiver:
         self,
         session: zenoh.Session,
         directory: Directory,
-        name: str,
+        key: str,
         origin: str | None,
         samples: SampleQueue,
         limit: int,
         ring: int,
     ):
-        self._name, self._origin, self._leader = name, origin, directory.leader
+        self._key, self._origin, self._leader = key, origin, directory.leader
         self._push, self._limit, self._ring = samples.push, limit, ring
         self._session = session
         self._subscriber = self._subscribe()
 
     def _subscribe(self) -> zenoh.Subscriber:
-        return self._session.declare_subscriber(key_of(self._name), RingChannel(self._ring))
+        return self._session.declare_subscriber(self._key, RingChannel(self._ring))
 
     def close(self) -> None:
         """Receive no more."""
@@ -103,7 +102,7 @@ class Pump(Receiver):
     def start(self, wake: Callable[[], None]) -> None:
         """Begin; ``wake`` is called for every sample."""
         self._wake = wake
-        self._thread = threading.Thread(target=self._run, name=f"pump {self._name}")
+        self._thread = threading.Thread(target=self._run, name=f"pump {self._key}")
         self._thread.start()
 
     def close(self) -> None:

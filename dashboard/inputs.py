@@ -48,6 +48,7 @@ class Inputs:
                 model=robot.model_hash,
                 dimensions=robot.dimensions,
                 polled=True,
+                thinned=True,
             )
             for what, message in READ.items()
         }

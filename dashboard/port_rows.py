@@ -69,11 +69,12 @@ def _row(port: Mapping[str, Any], written: Written, now: float, lost: int) -> Po
 def _state(port: Mapping[str, Any], hz: float, nominal: float) -> str:
     if "error" in port:
         return "no answer"
-    if not nominal or hz >= SLOW * nominal:
+    wanted = port.get("wanted_hz", nominal)
+    if nominal and not wanted and not hz:
+        return "idle"
+    if hz >= SLOW * wanted:
         return "alive"
-    if hz > 0.0:
-        return "slow"
-    return "silent" if port.get("matched", True) else "idle"
+    return "slow" if hz > 0.0 else "silent"
 
 
 def port_table(rows: list[PortRow], ages: Mapping[str, float]) -> str:
@@ -88,7 +89,8 @@ def port_table(rows: list[PortRow], ages: Mapping[str, float]) -> str:
         f'<table style="border-collapse:collapse;width:100%"><tr>{head}</tr>{body}</table>'
         f'<p style="color:{GREY}">Hz: as the writer counts. Age: since the measurement where this'
         " page reads the port, else since the writer was last seen to write. Lost: messages that"
-        " its readers miss. Idle: nobody listens, so nothing is written.</p></div>"
+        " its readers miss. Idle: nobody listens, so nothing is written; where all readers are"
+        " content with 250 Hz, no more is.</p></div>"
     )
 
 

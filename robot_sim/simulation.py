@@ -125,7 +125,7 @@ class Simulation:
         stamp = plant.time
         self._raw.write(plant.raw(), stamp=stamp, clock=SIMULATED, acquired=acquired)
         truth = self._truth
-        if truth is not None and truth.matched and stamp % self._truth_period == 0:
+        if truth is not None and stamp % self._truth_period == 0 and truth.wanted(stamp):
             truth.write(plant.truth(), stamp=stamp, clock=SIMULATED, acquired=acquired)
         self._tell_time()
         if self._lockstep is not None:

@@ -52,21 +52,24 @@ class Look(NamedTuple):
 
     time: float  # [s]
     written: int | None  # None: its owner does not answer
-    matched: bool  # somebody listens
+    wanted: float  # [Hz]; 0 while nobody listens
 
 
 def _look(node: Node, name: str) -> Look:
     info = port_info(node, name, timeout=1.0)
     written = info.get("statistics", {}).get("written")
-    return Look(time.monotonic(), written, info.get("matched", True))
+    return Look(time.monotonic(), written, info.get("wanted_hz", info["nominal_hz"]))
 
 
 def _rate(port: dict[str, Any], before: Look, after: Look) -> Result:
     name = f"port {port['name']}"
     if before.written is None or after.written is None:
         return fail(name, f"its owner {port['owner']['service']} does not answer")
-    if before.written == after.written and not after.matched:
+    if before.written == after.written and not after.wanted:
         return ok(name, "silent while nobody listens")
     hz = (after.written - before.written) / (after.time - before.time)
     message = f"{hz:.0f} Hz, nominal {port['nominal_hz']:g} Hz"
-    return ok(name, message) if hz >= LEAST * port["nominal_hz"] else fail(name, message)
+    if after.wanted < port["nominal_hz"]:
+        message += f", of which its readers want {after.wanted:g} Hz"
+    enough = LEAST * min(before.wanted, after.wanted)
+    return ok(name, message) if hz >= enough else fail(name, message)

@@ -7,6 +7,7 @@ import numpy as np
 
 from bus import Node, Received
 from bus.envelope import Envelope
+from bus.stream import THINNED_HZ
 from estimation.base_estimator import BaseEstimate, BaseEstimator, BaseSample
 from estimation.rotations import quaternion_of
 from robot_model import Robot, load_robot, ports
@@ -44,6 +45,7 @@ class BaseService:
             source=config.inputs.get("sensors", ports.name("sensors", robot)),
             rate=ports.rate("sensors"),
             polled=not config.lockstep,
+            thinned=not config.lockstep and config.rate <= THINNED_HZ,
             **common,
         )
         self._output = node.output(ports.name("base", robot), BaseState, config.rate, **common)
@@ -119,7 +121,7 @@ class BaseService:
         self._output.write(nothing, like=self._last, valid=False, reason=reason)
 
     def _configure(self, old: BaseEstimatorConfig, new: BaseEstimatorConfig) -> None:
-        fixed = ("robot", "lockstep", "inputs")
+        fixed = ("robot", "lockstep", "inputs", "rate")
         if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
             raise ValueError(f"{changed[0]} cannot be changed while the service runs")
         self._estimator = BaseEstimator(self._robot, new.support, new.settings())

@@ -7,6 +7,7 @@ import numpy as np
 
 from bus import Input, Node, Received
 from bus.envelope import Envelope
+from bus.stream import THINNED_HZ
 from estimation.gravity import GravityCompensator
 from estimation.rotations import rotation_of
 from robot_model import Robot, load_robot, ports
@@ -60,6 +61,7 @@ class GravityService:
             model=robot.model_hash if kind is not BaseState else "",
             dimensions={**robot.dimensions, "s": len(robot.subtrees)},
             polled=not self._config.lockstep,
+            thinned=not self._config.lockstep and self._config.rate <= THINNED_HZ,
         )
 
     def spin(self) -> None:
@@ -138,7 +140,7 @@ class GravityService:
         self._output.write(nothing, like=self._last, valid=False, reason=reason)
 
     def _configure(self, old: GravityCompensatorConfig, new: GravityCompensatorConfig) -> None:
-        fixed = ("robot", "lockstep", "inputs")
+        fixed = ("robot", "lockstep", "inputs", "rate")
         if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
             raise ValueError(f"{changed[0]} cannot be changed while the service runs")
         self._compensator = GravityCompensator(self._robot, new.support, new.sharing_time)

@@ -39,7 +39,7 @@ class Views:
     ) -> None:
         """Write every view that somebody listens to, with the frame's times [ns]."""
         for output, view in self._views:
-            if output.matched:
+            if output.wanted(stamp, valid):
                 output.write(
                     view(frame),
                     stamp=stamp,

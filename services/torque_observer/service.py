@@ -119,10 +119,10 @@ class ObserverService:
             self._torques.write(torques, like=like)
         else:
             self._judge(self._torques, torques, validity.torque, validity, like)
-        if self._wrenches.matched:
+        if self._wrenches.wanted(like.stamp):
             wrenches = self._composer.wrenches(estimate, self._uncertainty, validity)
             self._judge(self._wrenches, wrenches, validity.subtree, validity, like)
-        if self._predictions.matched:
+        if self._predictions.wanted(like.stamp):
             prediction = self._composer.prediction(estimate, validity)
             self._judge(self._predictions, prediction, validity.prediction, validity, like)
 

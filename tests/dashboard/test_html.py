@@ -10,7 +10,7 @@ OWNER = {"service": "torque_observer", "host": "here", "pid": 1}
 
 def output(name="/icub/torques:o", **changes):
     port = {"name": name, "direction": "output", "owner": OWNER, "nominal_hz": 1000.0}
-    told = {"sources": [], "hz": 999.0, "statistics": {"written": 10}, "matched": True}
+    told = {"sources": [], "hz": 999.0, "statistics": {"written": 10}, "wanted_hz": 1000.0}
     return port | told | changes
 
 
@@ -48,9 +48,14 @@ def test_port_at_its_rate_is_alive():
 
 
 def test_slow_silent_idle_and_unanswering_ports_are_told_apart():
-    ports = [output(hz=500.0), output(hz=0.0), output(hz=0.0, matched=False), output(error="no")]
+    ports = [output(hz=500.0), output(hz=0.0), output(hz=0.0, wanted_hz=0.0), output(error="no")]
     states = [row.state for row in port_rows(ports, Written(), 0.0)]
     assert states == ["slow", "silent", "idle", "no answer"]
+
+
+def test_port_whose_readers_are_content_with_less_is_alive_at_that():
+    (row,) = port_rows([output(hz=249.0, wanted_hz=250.0)], Written(), 0.0)
+    assert row.state == "alive"
 
 
 def test_age_grows_while_the_counter_of_a_port_stands():

@@ -1,0 +1,61 @@
+"""The keys on which an output puts its messages: every one of them, or one every 4 ms."""
+
+import zenoh
+from zenoh.handlers import Callback
+
+THINNED_HZ = 250.0  # rate of a thinned stream, for readers that need no more
+_SLOT = round(1e9 / THINNED_HZ)  # ns
+
+
+class Stream:
+    """A publisher that never waits for a reader, and knows whether there is one.
+
+    Args:
+        reliable: Wait at most 20 ms for a full link, instead of dropping.
+    """
+
+    def __init__(self, session: zenoh.Session, key: str, reliable: bool = False):
+        self.matched = False
+        self.seq = 0
+        self._publisher = _publisher(session, key, reliable)
+        self._listener = self._publisher.declare_matching_listener(
+            Callback(self._on_matching, indirect=False)
+        )
+        status: zenoh.MatchingStatus = self._publisher.matching_status  # type: ignore[assignment]
+        self.matched = self.matched or status.matching
+
+    def put(self, message: bytes) -> None:
+        """Send a message that carries the next sequence number."""
+        self.seq += 1
+        self._publisher.put(message)
+
+    def close(self) -> None:
+        """Send no more."""
+        self._listener.undeclare()
+        self._publisher.undeclare()
+
+    def _on_matching(self, status: zenoh.MatchingStatus) -> None:
+        self.matched = status.matching
+
+
+class ThinnedStream(Stream):
+    """The first message of each 4 ms of the session's clock, and every invalid one."""
+
+    _slot = -1
+
+    def due(self, stamp: int, valid: bool) -> bool:
+        """Whether a message of this stamp [ns] belongs to the stream and has a reader."""
+        return self.matched and (not valid or stamp // _SLOT != self._slot)
+
+    def take(self, stamp: int) -> None:
+        """Note the stamp [ns] of a message that was put."""
+        self._slot = stamp // _SLOT
+
+
+def _publisher(session: zenoh.Session, key: str, reliable: bool) -> zenoh.Publisher:
+    control, priority = zenoh.CongestionControl.DROP, zenoh.Priority.REAL_TIME
+    if reliable:  # of its own priority, so that it cannot stall the others
+        control, priority = zenoh.CongestionControl.BLOCK, zenoh.Priority.INTERACTIVE_HIGH
+    return session.declare_publisher(
+        key, congestion_control=control, priority=priority, express=True
+    )
