@@ -1,6 +1,7 @@
 """The one place that opens Zenoh sessions, with settings that were found to work."""
 
 import json
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,10 @@ from bus.errors import BusError
 LEASE = 2.0  # s until a stopped process's names vanish; a killed one's vanish at once
 MAX_MESSAGE = 4 << 20  # bytes on any link; each port has a smaller limit of its own
 LOOPBACK = "tcp/127.0.0.1:0"
+
+# One of Zenoh's threads waits for the links and reads them. By default two take turns in
+# reading and a third one waits: every message then wakes one thread more, a third of its cost.
+_RUNTIME = "(rx: (worker_threads: 1), net: (handover: rx), acc: (handover: rx))"
 
 _SETTINGS = {
     "scouting/multicast/enabled": False,
@@ -46,6 +51,7 @@ def open_session(
     endpoints = [*connect, *listen]
     if not insecure and zenoh_config is None:
         check_local(endpoints)
+    os.environ.setdefault("ZENOH_RUNTIME", _RUNTIME)  # read when the first session opens
     settings: dict[str, Any] = {**_SETTINGS, "mode": mode}
     settings["connect/endpoints"], settings["listen/endpoints"] = list(connect), list(listen)
     if namespace:
