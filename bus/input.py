@@ -82,7 +82,7 @@ class Input:
 
     def read(self) -> Received | None:
         """Return the next message, or None when there is none; bad ones are skipped."""
-        while (item := self._next()) is not None:
+        while (item := self._samples.pop() or self._poll()) is not None:
             received = self._accept(*item)
             if received is not None:
                 self.latest = received
@@ -155,13 +155,10 @@ class Input:
         for receiver in self._receivers:
             receiver.close()
 
-    def _next(self) -> tuple | None:
-        item = self._samples.pop()
-        if item is None and self._polls:
-            for poll in self._polls:
-                poll.collect()
-            item = self._samples.pop()
-        return item
+    def _poll(self) -> tuple | None:
+        for poll in self._polls:
+            poll.collect()
+        return self._samples.pop() if self._polls else None
 
     def _accept(
         self,
@@ -180,24 +177,30 @@ class Input:
             statistics.refused += 1
             self._complain(f"refused: {error}")
             return None
-        if origin is not None and envelope.source not in (leader, self._directory.leader(origin)):
+        source = envelope.source
+        if origin is not None and source != leader and source != self._directory.leader(origin):
             statistics.foreign += 1
             self._complain(f"ignored: its writer does not own {origin}")
             return None
-        gap = self._sequences.gap(envelope.source, envelope.seq)
+        gap = self._sequences.gap(source, envelope.seq)
         if gap < 0:
             statistics.repeated += 1
             return None
+        self._count_missing(gap, overrun)
+        return Received(data, envelope, arrival)
+
+    def _count_missing(self, gap: int, overrun: bool) -> None:
         # what this queue dropped and what was refused explains a part of the gap
-        explained = self._samples.passed + statistics.refused
-        missing = max(0, gap - (explained - self._explained))
+        explained = self._samples.passed + self._statistics.refused
+        missing = gap - (explained - self._explained)
         self._explained = explained
+        if missing <= 0:
+            return
         if overrun:
             self._samples.dropped += missing
             self._explained += missing
         else:
-            statistics.lost += missing
-        return Received(data, envelope, arrival)
+            self._statistics.lost += missing
 
     def _complain(self, text: str) -> None:
         now = time.monotonic()
