@@ -202,6 +202,8 @@ def plain(value: Any, name: str = "value") -> Any:
             raise _refuse(name, value, "a finite number")
         return float(value)
     if isinstance(value, list | tuple):
+        if set(map(type, value)) == {float} and math.isfinite(sum(value)):
+            return list(value)  # the common case, without a call for each number
         return [plain(entry, name) for entry in value]
     if isinstance(value, dict):
         return {_text(key, name): plain(entry, name) for key, entry in value.items()}
