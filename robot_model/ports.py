@@ -30,7 +30,7 @@ def _in(template: str, message: str, rate: float, owner: str, description: str) 
 
 PORTS: dict[str, Port] = {
     "raw": Port("/<robot>/raw:o", "RawFrame", 1000, "robot_sim", "what the driver delivers"),
-    "clock": Port("/<robot>/clock:o", "Clock", 50, "robot_sim", "simulated time and its state"),
+    "clock": Port("/<robot>/clock:o", "Clock", 20, "robot_sim", "simulated time and its state"),
     "truth": Port("/<robot>/truth:o", "GroundTruth", 250, "robot_sim", "what the plant knows"),
     "sensors": Port(
         "/<robot>/sensors:o", "SensorFrame", 1000, "sensor_server", "all channels of one instant"

@@ -7,6 +7,7 @@ import numpy as np
 
 from bus import Node, Received
 from bus.envelope import Envelope
+from bus.rhythm import Rhythm
 from bus.stream import THINNED_HZ
 from estimation.base_estimator import BaseEstimate, BaseEstimator, BaseSample
 from estimation.rotations import quaternion_of
@@ -15,7 +16,6 @@ from robot_model.messages import BaseState, SensorFrame
 from services.base_estimator.config import BaseEstimatorConfig
 
 WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
-PATIENCE = 0.7  # of a period between looks at the frames, so that no period goes without one
 COMPLAINT = 0.02  # s between messages while the input is silent
 LONGEST_STEP = 0.05  # s; over a longer gap nothing is integrated
 
@@ -37,6 +37,7 @@ class BaseService:
         self._last: Envelope | None = None
         self._estimated = self._next = 0  # stamps, ns
         self._complained = 0.0  # s
+        self._rhythm, self._found = Rhythm(1.0 / config.rate), False
         self._reason = "no sensor frame yet"
         common: dict[str, Any] = {"model": robot.model_hash, "dimensions": robot.dimensions}
         self._sensors = node.input(
@@ -54,8 +55,11 @@ class BaseService:
 
     def spin(self) -> None:
         """Wait for a frame, and estimate when an estimate is due."""
-        self._node.wait(WAIT if self._config.lockstep else PATIENCE / self._config.rate)
-        if (sample := self._sensors.newest()) is not None:
+        lockstep = self._config.lockstep
+        self._node.wait(WAIT if lockstep else self._rhythm.rest(self._found))
+        sample = self._sensors.newest()
+        self._found = sample is not None
+        if sample is not None:
             self._take(sample)
         if not self._sensors.fresh:
             self._complain()

@@ -7,6 +7,7 @@ import numpy as np
 
 from bus import Input, Node, Received
 from bus.envelope import Envelope
+from bus.rhythm import Rhythm
 from bus.stream import THINNED_HZ
 from estimation.gravity import GravityCompensator
 from estimation.rotations import rotation_of
@@ -15,7 +16,6 @@ from robot_model.messages import BaseState, ExternalWrenches, GravityTorques, Se
 from services.gravity_compensator.config import GravityCompensatorConfig
 
 WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
-PATIENCE = 0.7  # of a period between looks at the frames, so that no period goes without one
 COMPLAINT = 0.02  # s between messages while an input is silent
 LONGEST_STEP = 0.1  # s; the load sharing moves no further over a longer gap
 
@@ -37,6 +37,7 @@ class GravityService:
         self._last: Envelope | None = None
         self._done = self._next = 0  # stamps, ns
         self._complained = 0.0  # s
+        self._rhythm, self._found = Rhythm(1.0 / config.rate), False
         self._reason = "no sensor frame yet"
         self._sensors = self._input("sensors", SensorFrame)
         self._base = self._input("base", BaseState)
@@ -66,8 +67,11 @@ class GravityService:
 
     def spin(self) -> None:
         """Wait for messages, and compensate when torques are due."""
-        self._node.wait(WAIT if self._config.lockstep else PATIENCE / self._config.rate)
-        if (sample := self._sensors.newest()) is not None:
+        lockstep = self._config.lockstep
+        self._node.wait(WAIT if lockstep else self._rhythm.rest(self._found))
+        sample = self._sensors.newest()
+        self._found = sample is not None
+        if sample is not None:
             self._take(sample)
         if not self._sensors.fresh:
             self._complain()
