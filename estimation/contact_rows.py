@@ -1,10 +1,11 @@
 """What touches add to a robot's equations of motion, from one sample of all sensors."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pinocchio as pin
 
+from estimation.joint_friction import JointFriction
 from estimation.row_layout import RemovedWrenches, RowLayout
 from robot_model import Robot
 from robot_model.messages import SensorFrame
@@ -30,6 +31,7 @@ class ContactRows:
         tree, self._model = self.layout.tree, self.layout.model
         self._data = self._model.createData()
         self.jacobian = self._data.J.T
+        self._links = [tree.frame_id(link) for link in robot.links]
         self._q = tree.neutral.copy()
         self._v, self._a = np.zeros(self._model.nv), np.zeros(self._model.nv)
         self._joint_q, self._joint_v, self._cut_v = tree.joint_q, tree.joint_v, tree.cut_v
@@ -39,17 +41,23 @@ class ContactRows:
         index = 6 * self.layout.inlets[:, None, swap] + swap[None, :, None]
         self._map_index = index.reshape(-1)
         self._columns = self.jacobian.reshape(-1)
+        self._force_maps = np.zeros((len(self.layout.inlets), 6, 6))  # into the root's axes
+        self._friction = JointFriction(robot.viscous, robot.coulomb)
         self.predicted = np.zeros(self._model.nv)
         self.set_support(support)
 
     def set_support(self, support: str) -> None:
         """Change the kind of support."""
         self._support_frames = self.robot.supports[support]
+        self._removing: dict[tuple[int, ...], RemovedWrenches] = {}
         self.removed = self.removing(())
 
     def removing(self, blind: Iterable[int]) -> RemovedWrenches:
         """Return what is removed when some sub-trees shall not disturb the others."""
-        return RemovedWrenches(self.layout, self._support_frames, blind)
+        key = tuple(blind)
+        if key not in self._removing:
+            self._removing[key] = RemovedWrenches(self.layout, self._support_frames, key)
+        return self._removing[key]
 
     @property
     def q(self) -> Array:
@@ -67,6 +75,7 @@ class ContactRows:
         a[self._joint_v] = ddq
         rows = pin.rnea(self._model, self._data, q, v, a)
         pin.computeJointJacobians(self._model, self._data, q)
+        self._force_maps = self._columns[self._map_index].reshape(-1, 6, 6)
         self.predicted[:] = rows
         rows[self._joint_v] -= self._link_torque(dq, ddq, frame.motor_torque)
         rows[self._cut_v] -= frame.ft * self._sign
@@ -75,36 +84,38 @@ class ContactRows:
     def remove(self, rows: Array, removed: RemovedWrenches) -> Array:
         """Take the net wrenches of some sub-trees from rows, (nv,), in place."""
         if removed.subtrees:
-            wrenches = self.wrenches(rows)[removed.subtrees]
-            rows -= np.einsum("ij,ij->i", self.jacobian, removed.bears @ wrenches)
+            rows -= np.vecdot(self.jacobian, removed.spread @ self._entering(rows))
         return rows
 
     def _link_torque(self, dq: Array, ddq: Array, motor_torque: Array) -> Array:
-        robot = self.robot
-        friction = robot.viscous * dq + robot.coulomb * np.sign(dq)
-        return motor_torque - robot.rotor_inertia @ ddq - friction
+        return motor_torque + self._friction.torque(dq) - self.robot.rotor_inertia @ ddq
 
-    def force_maps(self) -> Array:
-        """Maps of the wrench through each inlet into the root's axes, (s, 6, 6)."""
-        return self._columns[self._map_index].reshape(-1, 6, 6)
+    def _entering(self, rows: Array) -> Array:
+        """Wrench through every inlet that rows tell, (s, 6), in the root's axes."""
+        return np.matvec(self._force_maps, rows[self.layout.inlets])
 
     def wrenches(self, rows: Array) -> Array:
         """External wrench of every sub-tree that rows tell, (s, 6), in the root's axes."""
-        entering = rows[self.layout.inlets]
-        entering = (self.force_maps() @ entering[:, :, None])[:, :, 0]
-        return self.layout.incidence @ entering
+        return self.layout.incidence @ self._entering(rows)
 
-    def wrench_map(self) -> Array:
-        """The matrix of ``wrenches``, (s, 6, nv)."""
-        maps, inlets, s = self.force_maps(), self.layout.inlets, len(self.layout.inlets)
-        result = np.zeros((s, 6, self._model.nv))
-        for i in range(s):
-            blocks = self.layout.incidence[:, i, None, None] * maps[i]
-            result[:, :, inlets[i]] += blocks
+    def wrench_map(self, subtrees: Sequence[int] | None = None) -> Array:
+        """The matrix of ``wrenches``, (s, 6, nv), or its blocks of some sub-trees."""
+        incidence = self.layout.incidence
+        if subtrees is not None:
+            incidence = incidence[subtrees]
+        blocks = incidence[:, None, :, None] * self._force_maps.transpose(1, 0, 2)
+        result = np.zeros((len(incidence), 6, self._model.nv))
+        result[:, :, self.layout.inlets.reshape(-1)] = blocks.reshape(len(incidence), 6, -1)
         return result
 
     def place_links(self) -> list[pin.SE3]:
         """Placements of ``robot.links`` in the root's frame at the present sample."""
-        pin.forwardKinematics(self._model, self._data, self._q)
-        ids = (self.layout.tree.frame_id(link) for link in self.robot.links)
-        return [pin.SE3(pin.updateFramePlacement(self._model, self._data, i)) for i in ids]
+        return [pin.SE3(self._place(link)) for link in range(len(self._links))]
+
+    def link_maps(self, links: Iterable[int]) -> Array:
+        """Maps of wrenches from the frames of some links into the root's, (b, 6, 6)."""
+        return np.array([self._place(link).toDualActionMatrix() for link in links])
+
+    def _place(self, link: int) -> pin.SE3:
+        # the Jacobians of the sample have placed the joints
+        return pin.updateFramePlacement(self._model, self._data, self._links[link])

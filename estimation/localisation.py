@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
+from estimation.body_evidence import body_evidence
 from estimation.contact_rows import ContactRows
 from estimation.row_covariance import RowCovariance
-from estimation.surface_likelihood import PointFit, SurfaceLikelihood, body_evidence
+from estimation.surface_likelihood import HOPELESS, PointFits, SurfaceLikelihood
 
 Array = np.ndarray
-HOPELESS = 40.0  # log-likelihood behind the best body at which no point is tried
 ALIKE = 1.5  # difference of log-probability that the data do not decide
 NOWHERE_COST = 14.0  # log-probability of a wrench that no point explains
 
@@ -54,6 +53,12 @@ class Localiser:
         self.surface = SurfaceLikelihood(rows.robot)
         self._rows = rows
         self._most = most
+        self._bodies = [self._touchable(subtree) for subtree in rows.layout.subtrees]
+
+    def _touchable(self, subtree: int) -> Array:
+        """Indices of the links of a sub-tree that have a surface."""
+        exposed = [link in self.surface.points for link in self._rows.robot.links]
+        return np.flatnonzero((self._rows.layout.subtree == subtree) & exposed)
 
     def locate(self, touch: Array, covariance: RowCovariance, subtree: int) -> Localisation:
         """Locate one touch.
@@ -63,52 +68,32 @@ class Localiser:
             covariance: Their covariance.
             subtree: Index of the sub-tree that is touched.
         """
-        layout, links = self._rows.layout, self._rows.robot.links
-        bodies = [
-            i for i in np.flatnonzero(layout.subtree == subtree) if links[i] in self.surface.points
-        ]
-        evidence = {
-            i: body_evidence(layout.bears[i], self._rows.jacobian, covariance.information, touch)
-            for i in bodies
-        }
-        gains = {i: 0.5 * e.gain for i, e in evidence.items()}
-        if not gains:
+        rows, bodies = self._rows, self._bodies[subtree]
+        if not len(bodies):
             return NOWHERE
-        best = max(gains.values())
-        placements = self._rows.place_links()
-        kept = [i for i in bodies if gains[i] > best - HOPELESS]
-        fits = {links[i]: self.surface.fit(links[i], evidence[i], placements[i]) for i in kept}
-        return self._ranked(fits, best, {links[i]: placements[i] for i in kept})
+        evidence = body_evidence(rows.layout.bears[bodies], rows.jacobian, covariance, touch)
+        gains = 0.5 * evidence.gain
+        best = gains.max()
+        kept = np.flatnonzero(gains > best - HOPELESS)
+        names = [rows.robot.links[i] for i in bodies[kept]]
+        local = evidence.seen_by(kept, rows.link_maps(bodies[kept]))
+        return self._ranked(names, self.surface.fit(names, local), float(best))
 
-    def _ranked(
-        self, fits: dict[str, PointFit], best: float, placements: dict[str, pin.SE3]
-    ) -> Localisation:
-        names = list(fits)
-        weights = np.array([fits[name].log_likelihood + fits[name].spread for name in names])
-        weights = np.append(weights, best - NOWHERE_COST)
+    def _ranked(self, names: list[str], fits: PointFits, best: float) -> Localisation:
+        weights = np.append(fits.log_likelihood + fits.spread, best - NOWHERE_COST)
         probability = np.exp(weights - weights.max())
         probability /= probability.sum()
-        order = np.argsort(-weights[:-1])[: self._most]
+        order = np.argsort(-weights[:-1])[: self._most].tolist()
         hypotheses = []
         for i in order:
             alike = [names[j] for j in order if j != i and abs(weights[j] - weights[i]) < ALIKE]
             hypotheses.append(
-                in_link((names[i], *alike), fits[names[i]], placements[names[i]], probability[i])
+                Hypothesis(
+                    links=(names[i], *alike),
+                    point=fits.point[i],
+                    force=fits.force[i],
+                    covariance=fits.covariance[i],
+                    probability=float(probability[i]),
+                )
             )
         return Localisation(tuple(hypotheses), float(probability[-1]))
-
-
-def in_link(
-    links: tuple[str, ...], fit: PointFit, placement: pin.SE3, probability: float
-) -> Hypothesis:
-    """Express a fit in the frame of its link."""
-    turn = placement.rotation.T
-    both = np.zeros((6, 6))
-    both[:3, :3] = both[3:, 3:] = turn
-    return Hypothesis(
-        links=links,
-        point=turn @ (fit.point - placement.translation),
-        force=turn @ fit.force,
-        covariance=both @ fit.covariance @ both.T,
-        probability=float(probability),
-    )

@@ -11,7 +11,7 @@ from estimation.row_layout import RemovedWrenches
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
-_potrf, _potri = get_lapack_funcs(("potrf", "potri"))
+_potrf, _trtrs = get_lapack_funcs(("potrf", "trtrs"))
 UNKNOWN = 1e8  # variance of a channel that is missing, in its unit squared
 
 
@@ -38,19 +38,21 @@ class RowCovariance:
 
     Attributes:
         matrix: (nv, nv) covariance of ``ContactRows.rows``.
-        information: (nv, nv) its inverse on the active rows, zero elsewhere.
     """
 
     def __init__(self, rows: ContactRows, noise: RowNoise | None = None):
         self.noise = noise or RowNoise()
         self._rows = rows
         layout = rows.layout
+        nv = layout.model.nv
         self._model, self._data = layout.model, layout.model.createData()
         self._joint_v, self._cut_v = layout.tree.joint_v, layout.tree.cut_v
-        self._rotors = np.zeros((layout.model.nv, layout.model.nv), order="F")
+        self._rotors = np.zeros((nv, nv), order="F")
         self._rotors[np.ix_(self._joint_v, self._joint_v)] = rows.robot.rotor_inertia
-        self.matrix = np.zeros_like(self._rotors)
-        self.information = np.zeros_like(self._rotors)
+        self._motion, self._reading = self._deviations()
+        self._diagonal = np.diag_indices(nv)
+        self.matrix = np.zeros((nv, nv))
+        self._active = np.arange(nv)
 
     def update(
         self,
@@ -66,51 +68,60 @@ class RowCovariance:
             model_error: Standard deviation of what the model predicts, (nv,) or 0.
         """
         removed = self._rows.removed if removed is None else removed
-        motion, reading = self._variances(frame)
-        reading += np.square(model_error)
         pin.crba(self._model, self._data, self._rows.q, pin.Convention.WORLD)
-        spread = self._data.M + self._rotors
-        errors = (spread * motion) @ spread.T
-        errors[np.diag_indices_from(errors)] += reading
-        if removed.subtrees:
-            errors = self._without(removed, errors)
-        self.matrix = errors
-        active = np.flatnonzero(removed.active)
-        self.information[:] = 0.0
-        self.information[np.ix_(active, active)] = inverse(errors[np.ix_(active, active)])
+        spread = (self._data.M + self._rotors) * self._motion
+        errors = spread @ spread.T
+        errors[self._diagonal] += self._variances(frame) + np.square(model_error)
+        self.matrix = self._without(removed, errors) if removed.subtrees else errors
+        self._active = np.flatnonzero(removed.active)
+
+    def whiten(self, vectors: Array) -> Array:
+        """Return vectors of rows, (m, nv), in standard deviations, (m, active rows).
+
+        Products of whitened vectors are those by the inverse covariance of the active rows.
+        """
+        active = self._active
+        factor, failed = _potrf(self.matrix[np.ix_(active, active)], lower=1)
+        if failed:
+            raise np.linalg.LinAlgError("the covariance of the rows is not positive definite")
+        # both transposed: LAPACK then takes and returns them without another copy
+        return _trtrs(factor, vectors.take(active, axis=1).T, lower=1, overwrite_b=1)[0].T
 
     def of_wrenches(self) -> Array:
         """Covariance of ``ContactRows.wrenches``, (s, 6, 6)."""
         maps = self._rows.wrench_map()
-        return maps @ self.matrix @ maps.transpose(0, 2, 1)
+        nv = len(self.matrix)
+        seen = (maps.reshape(-1, nv) @ self.matrix).reshape(maps.shape)
+        return seen @ maps.transpose(0, 2, 1)
 
-    def _variances(self, frame: SensorFrame) -> tuple[Array, Array]:
-        """Variances of the accelerations and of the readings, (nv,) each."""
+    def _deviations(self) -> tuple[Array, Array]:
+        """Standard deviations of the accelerations and of the readings, (nv,) each."""
         noise, nv = self.noise, self._model.nv
         motion, reading = np.zeros(nv), np.zeros(nv)
-        motion[:3] = noise.acceleration**2
-        motion[3:6] = noise.angular_acceleration**2
-        motion[self._joint_v] = noise.joint_acceleration**2
-        reading[:3], reading[3:6] = noise.base_force**2, noise.base_moment**2
-        trusted = frame.joint_valid & frame.motor_torque_valid
-        reading[self._joint_v] = np.where(trusted, noise.torque**2, UNKNOWN)
-        sensor = np.repeat([noise.ft_force**2, noise.ft_moment**2], 3)
-        reading[self._cut_v] = np.where(frame.ft_valid[:, None], sensor, UNKNOWN)
+        motion[:3], motion[3:6] = noise.acceleration, noise.angular_acceleration
+        motion[self._joint_v] = noise.joint_acceleration
+        reading[:3], reading[3:6] = noise.base_force, noise.base_moment
+        reading[self._joint_v] = noise.torque
+        reading[self._cut_v] = np.repeat([noise.ft_force, noise.ft_moment], 3)
         return motion, reading
 
+    def _variances(self, frame: SensorFrame) -> Array:
+        """Variances of the readings, (nv,)."""
+        variances = np.square(self._reading)
+        trusted = frame.joint_valid & frame.motor_torque_valid
+        variances[self._joint_v[~trusted]] = UNKNOWN
+        variances[self._cut_v[~frame.ft_valid]] = UNKNOWN
+        return variances
+
     def _without(self, removed: RemovedWrenches, errors: Array) -> Array:
-        """Covariance after some wrenches have been taken from the rows."""
-        maps = self._rows.wrench_map()[removed.subtrees]
-        remover = np.eye(len(errors))
-        for column, wrench_map in enumerate(maps):
-            remover -= (removed.bears[:, column, None] * self._rows.jacobian) @ wrench_map
-        return remover @ errors @ remover.T
+        """Covariance E after some wrenches have been taken from the rows.
 
-
-def inverse(matrix: Array) -> Array:
-    """Return the inverse of a symmetric positive definite matrix."""
-    factor, failed = _potrf(matrix, lower=1)
-    if failed:
-        raise np.linalg.LinAlgError(f"matrix of order {len(matrix)} is not positive definite")
-    result, _ = _potri(factor, lower=1)
-    return np.tril(result) + np.tril(result, -1).T
+        With W from rows to wrenches and U back, (1 - U W) E (1 - U W)^T; few wrenches are
+        removed, so the small products come first.
+        """
+        nv = len(errors)
+        wrench_map = self._rows.wrench_map(removed.subtrees).reshape(-1, nv)
+        back = (removed.bears[:, :, None] * self._rows.jacobian[:, None]).reshape(nv, -1)
+        seen = wrench_map @ errors
+        taken = back @ (seen - 0.5 * (seen @ wrench_map.T) @ back.T)
+        return errors - taken - taken.T

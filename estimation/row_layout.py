@@ -87,6 +87,8 @@ class RemovedWrenches:
     Attributes:
         subtrees: Indices of all these sub-trees; touches there are not seen.
         bears: (nv, number of those) 1 where the wrench appears.
+        spread: (nv, s) the sum of their wrenches in every row from what enters through the
+            inlets.
         active: (nv,) bool, rows that still say something.
     """
 
@@ -98,6 +100,7 @@ class RemovedWrenches:
         self.subtrees = sorted(rows)
         common = [np.logical_and.reduce(rows[i]) for i in self.subtrees]
         self.bears = np.array(common, dtype=float).reshape(len(common), layout.model.nv).T
+        self.spread = self.bears @ layout.incidence[self.subtrees]
         self.active = np.ones(layout.model.nv, dtype=bool)
         for i, shared in zip(self.subtrees, common, strict=True):
             inlet = int(np.flatnonzero(layout.incidence[i] > 0.0)[0])
