@@ -1,6 +1,7 @@
 """Contact detector: flags per limb and places, from sensor frames alone."""
 
 from dataclasses import dataclass, field
+from math import expm1
 
 import numpy as np
 
@@ -77,16 +78,16 @@ class ContactDetector:
         raw = self.rows.update(frame)
         touch = np.subtract(raw, self._offset, out=self._touch)
         period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
-        blend = -np.expm1(-period / self.settings.smoothing) if self._stamp is not None else 1.0
+        blend = 1.0 if self._stamp is None else -expm1(-period / self.settings.smoothing)
         self._smooth += blend * (touch - self._smooth)
         self._stamp = stamp
-        self.wrenches = self.rows.wrenches(touch)
+        self.wrenches = wrenches = self.rows.wrenches(touch)
         self._refresh(frame, stamp)
-        squares = np.einsum("si,sij,sj->s", self.wrenches, self._information, self.wrenches)
-        statistic = np.sqrt(squares)
-        force = np.sqrt(np.einsum("si,si->s", self.wrenches[:, :3], self.wrenches[:, :3]))
+        statistic = np.sqrt(np.vecdot(wrenches, np.matvec(self._information, wrenches)))
+        force = np.sqrt(np.vecdot(wrenches[:, :3], wrenches[:, :3]))
         flags = self.monitor.update(statistic, force, stamp, self._reasons)
-        self._follow_drift(statistic, period)
+        if self.tared and not self.touched:
+            self._follow_drift(statistic, period)
         return flags
 
     def tare(self, quiet: Quiet) -> None:
@@ -159,10 +160,13 @@ class ContactDetector:
             frame.imu_valid.tobytes(),
         )
         age = (stamp - self._covariance_stamp) * 1e-9
-        if flags == self._flags and age < self.settings.covariance_time:
+        changed = flags != self._flags
+        if not changed and age < self.settings.covariance_time:
             return
         self._flags, self._covariance_stamp = flags, stamp
-        self._reasons = self._limb_reasons(frame)
+        if changed:
+            self._reasons = self._limb_reasons(frame)
+            self._judged = np.flatnonzero([not reason for reason in self._reasons])
         self.covariance.update(frame, model_error=self._model_error())
         matrices = self.covariance.of_wrenches()
         # a support's own wrench has no error left, and is judged by its reason alone
@@ -183,7 +187,6 @@ class ContactDetector:
 
     def _follow_drift(self, statistic: Array, period: float) -> None:
         """Let the offsets follow the rows slowly while nothing comes near its threshold."""
-        seen = np.array([not reason for reason in self._reasons])
-        calm = self.settings.calm * self.monitor.threshold
-        if self.tared and not self.touched and (statistic < calm)[seen].all() and seen.any():
+        calm = statistic < self.settings.calm * self.monitor.threshold
+        if len(self._judged) and calm[self._judged].all():
             self._offset += (period / self.settings.drift_time) * self._touch

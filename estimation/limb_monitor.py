@@ -1,6 +1,7 @@
 """Which limbs are touched: thresholds with hysteresis, two levels."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +19,7 @@ class Levels:
     collision_release: float = 0.8  # fraction of it
 
 
-@dataclass(frozen=True, eq=False)
-class LimbFlag:
+class LimbFlag(NamedTuple):
     """State of one limb (sub-tree)."""
 
     limb: str
@@ -73,17 +73,16 @@ class LimbMonitor:
             reasons: Why a limb cannot be judged, "" if it can.
         """
         probability = contact_probability(statistic, self.threshold).tolist()
-        norms, flags = force.tolist(), []
-        for i, (value, eta) in enumerate(
-            zip(statistic.tolist(), self.threshold.tolist(), strict=True)
-        ):
+        values = zip(statistic.tolist(), self.threshold.tolist(), force.tolist(), strict=True)
+        flags = []
+        for i, (value, eta, norm) in enumerate(values):
             if reasons[i]:
                 self._states[i], self._onset[i], self._below[i] = "none", 0, 0
                 flags.append(LimbFlag(self.limbs[i], "none", 0.0, 0, 0.0, False, reasons[i]))
                 continue
-            self._judge(i, value, eta, norms[i], stamp)
+            self._judge(i, value, eta, norm, stamp)
             state, onset = self._states[i], self._onset[i]
-            flags.append(LimbFlag(self.limbs[i], state, probability[i], onset, norms[i], True, ""))
+            flags.append(LimbFlag(self.limbs[i], state, probability[i], onset, norm, True, ""))
         return flags
 
     def _judge(self, i: int, value: float, eta: float, force: float, stamp: int) -> None:
@@ -106,5 +105,5 @@ class LimbMonitor:
 
 def contact_probability(statistic: Array, threshold: Array) -> Array:
     """Probability of a touch: even odds at the threshold, by the chi-square likelihood ratio."""
-    odds = 0.5 * (np.square(statistic) - np.square(threshold))
-    return 1.0 / (1.0 + np.exp(-np.clip(odds, -40.0, 40.0)))
+    # the logistic function of half the difference of squares, which never overflows
+    return 0.5 + 0.5 * np.tanh(0.25 * (statistic * statistic - threshold * threshold))
