@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
+from estimation.joint_friction import JointFriction
 from estimation.momentum_filter import MomentumFilter
 from robot_model import Robot
 
@@ -29,6 +30,7 @@ class FixedBaseResidual:
         self._data = self._model.createData()
         self._q, self._v = pin.neutral(self._model), np.zeros(self._model.nv)
         self._joint_q, self._joint_v = tree.joint_q, tree.joint_v
+        self._friction = JointFriction(robot.viscous, robot.coulomb)
         self._filter = MomentumFilter(robot.n, gain)
 
     def set_gain(self, gain: float | Array) -> None:
@@ -54,14 +56,13 @@ class FixedBaseResidual:
             up_base: Direction away from the earth's centre, (3,) in base axes, of length one.
             period: Time since the last sample [s].
         """
-        model, data, rows, robot = self._model, self._data, self._joint_v, self.robot
+        model, data, rows = self._model, self._data, self._joint_v
         self._q[self._joint_q] = q
         self._v[rows] = dq
         model.gravity.linear = -GRAVITY * up_base
         mass = pin.crba(model, data, self._q)
         coriolis = pin.computeCoriolisMatrix(model, data, self._q, self._v)
         gravity = pin.computeGeneralizedGravity(model, data, self._q)
-        momentum = (mass @ self._v)[rows] + robot.rotor_inertia @ dq
-        friction = robot.viscous * dq + robot.coulomb * np.sign(dq)
-        rate = (self._v @ coriolis - gravity)[rows] + motor_torque - friction
+        momentum = (mass @ self._v)[rows] + self.robot.rotor_inertia @ dq
+        rate = (self._v @ coriolis - gravity)[rows] + motor_torque + self._friction.torque(dq)
         return self._filter.step(momentum, rate, period)

@@ -22,11 +22,10 @@ class MomentumFilter:
 
     def __init__(self, size: int, gain: float | Array):
         self.residual = np.zeros(size)
-        self._momentum = np.zeros(size)
-        self._rate = np.zeros(size)
-        self._step = 0.0  # [s] for which the decay was computed
+        self._rows = np.zeros((5, size))  # momentum and rate before; those now, mean force
+        self._last, self._now = self._rows[:2], self._rows[2:4]
+        self._step = 0.0  # [s] for which weights and decay were computed
         self._started = False
-        self._unknown = np.zeros(size)
         self.gain = gain
 
     @property
@@ -56,26 +55,24 @@ class MomentumFilter:
         Returns the residual, (size,), in the unit of the rate; overwritten by the next call.
         """
         if self._started:
-            self._advance(momentum, rate, period, force)
-        self.rebase(momentum, rate)
+            self._rows[2], self._rows[3], self._rows[4] = momentum, rate, force
+            self._advance(period)
+            self._last[:] = self._now
+        else:
+            self.rebase(momentum, rate)
         return self.residual
 
     def rebase(self, momentum: Array, rate: Array) -> None:
         """Replace the last sample by one seen from another frame; the residual stays."""
-        self._momentum[:] = momentum
-        self._rate[:] = rate
+        self._last[0], self._last[1] = momentum, rate
         self._started = True
 
-    def _advance(self, momentum: Array, rate: Array, period: float, force: Array | float) -> None:
+    def _advance(self, period: float) -> None:
         if period != self._step:
             self._step = period
+            self._weights = np.array([-1.0 / period, -0.5, 1.0 / period, -0.5, -1.0])
             self._blend = -np.expm1(-self._gain * period)
-        unknown = np.subtract(momentum, self._momentum, out=self._unknown)
-        unknown *= 1.0 / period
-        mean_rate = np.add(self._rate, rate, out=self._rate)
-        mean_rate *= 0.5
-        unknown -= mean_rate
-        unknown -= force
-        unknown -= self.residual
-        unknown *= self._blend
-        self.residual += unknown
+        change = self._weights @ self._rows
+        change -= self.residual
+        change *= self._blend
+        self.residual += change

@@ -22,11 +22,9 @@ class ResidualModel:
     model: pin.Model  # free-flyer at the base link, nv = 6 + n, gravity as in the URDF
     joint_q: Array  # (n,) index of each joint of the description in q
     joint_v: Array  # (n,)
-    sensors: Array  # (s,) indices of the sensors that carry supports
+    sensors: tuple[int, ...]  # indices of those that carry supports
     sensor_frames: tuple[int, ...]  # their frames in the model
-    chains: Array  # (6 + n, s) 1 where a row of the model bears the sensor's wrench
     imu_frame: int
-    imu_v: Array  # rows of v that move the inertial sensor against the base
 
 
 def support_sensors(robot: Robot, support: str) -> list[int]:
@@ -60,19 +58,13 @@ def residual_model(robot: Robot, support: str) -> ResidualModel:
         model.addFrame(pin.Frame(f"support_{i}", joint, 0, place, pin.FrameType.OP_FRAME))
         for i, (joint, place) in zip(sensors, places, strict=True)
     )
-    chains = [rows_above(model, joint) for joint, _ in places]
-    imu = tree.frame_id(robot.imus[0])
-    moving = rows_above(model, model.frames[imu].parentJoint)
-    moving[:6] = False
     return ResidualModel(
         model=model,
         joint_q=tree.joint_q,
         joint_v=tree.joint_v,
-        sensors=np.array(sensors, dtype=int),
+        sensors=tuple(sensors),
         sensor_frames=frames,
-        chains=np.array(chains, dtype=float).reshape(len(sensors), model.nv).T,
-        imu_frame=imu,
-        imu_v=np.flatnonzero(moving),
+        imu_frame=tree.frame_id(robot.imus[0]),
     )
 
 

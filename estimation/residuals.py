@@ -7,11 +7,13 @@ import pinocchio as pin
 
 from estimation.floating_terms import floating_terms
 from estimation.free_fall import FreeFallVelocity
+from estimation.joint_friction import JointFriction
 from estimation.momentum_filter import MomentumFilter
 from estimation.residual_model import is_measured, residual_model
 from robot_model import Robot
 
 Array = np.ndarray
+OWN_AXES = pin.ReferenceFrame.LOCAL
 
 
 class ResidualSample(NamedTuple):
@@ -52,7 +54,7 @@ class FloatingResiduals:
         self._model = layout.model
         self._model.gravity.linear = np.zeros(3)
         self._bind(layout.joint_v)
-        self._filter = MomentumFilter(6 + 2 * robot.n, 1.0)
+        self._filter = MomentumFilter(2 * self._model.nv, 1.0)
         self.set_gains(internal_gain, external_gain)
         self._fall = FreeFallVelocity()
         self._rebase_time = rebase_time
@@ -60,7 +62,7 @@ class FloatingResiduals:
 
     def set_gains(self, internal: float | Array, external: float | Array) -> None:
         """Set gains [1/s]; ``internal`` (n,) in the description's order, also for classical."""
-        gain = np.zeros_like(self._filter.gain)
+        gain = np.ones_like(self._filter.gain)
         gain[:6] = external
         gain[self._internal] = internal
         gain[self._classical] = internal
@@ -93,7 +95,7 @@ class FloatingResiduals:
 
     def add(self, motor_torque: Array, ft: Array, gyro: Array, acc: Array, period: float) -> None:
         """Integrate what acts, at every sample; a tenth of the work of ``evaluate``."""
-        self._imu_twist[3:] = gyro
+        self._gyro = gyro
         first = self._age < 0.0
         if first:
             self._fall.reset(gyro, acc)
@@ -108,13 +110,13 @@ class FloatingResiduals:
         torque, ft, period = self._impulse.take_mean()
         self._place(q, dq)
         self._act(torque, ft)
-        self._move()
-        self._filter.step(self._momentum, self._rate, period, self._force)
+        momentum, rate, force = self._terms()
+        self._filter.step(momentum, rate, period, force)
         if self._age >= self._rebase_time:
             self._fall.rebase()
             self._age = 0.0
-            self._move()
-            self._filter.rebase(self._momentum, self._rate)
+            momentum, rate, _ = self._terms()
+            self._filter.rebase(momentum, rate)
 
     @property
     def sample(self) -> ResidualSample:
@@ -129,60 +131,47 @@ class FloatingResiduals:
         robot, nv = self.robot, self._model.nv
         self._data = data = self._model.createData()
         self._mass, self._coriolis = data.M, data.C
-        self._columns = data.J.T  # a row per row of v
         self._q = pin.neutral(self._model)
         self._v, self._acting = np.zeros(nv), np.zeros(nv)
-        self._internal, self._classical = joint_v, joint_v + robot.n
-        self._momentum, self._rate = np.zeros(nv + robot.n), np.zeros(nv + robot.n)
+        self._classical, self._internal = joint_v, joint_v + nv
         self._imu_twist = np.zeros(6)
-        self._carries_imu = np.zeros(nv)
-        self._carries_imu[self._layout.imu_v] = 1.0
-        self._wrenches = np.zeros((len(self._layout.sensors), 6))
         # in Pinocchio's order: adding arrays of unlike orders takes four times as long
         self._rotors = np.zeros((nv, nv), order="F")
         self._rotors[np.ix_(joint_v, joint_v)] = robot.rotor_inertia
-        self._friction, self._force = np.zeros(nv), np.zeros(nv + robot.n)
+        coefficients = np.zeros((2, nv))
+        coefficients[:, joint_v] = robot.viscous, robot.coulomb
+        self._friction = JointFriction(*coefficients)
         self._impulse = _Impulse(robot.n, len(robot.ft_sensors))
-        self._slips = bool(robot.coulomb.any())
 
     def _place(self, q: Array, dq: Array) -> None:
-        layout, robot = self._layout, self.robot
+        layout = self._layout
         self._q[layout.joint_q] = q
         self._v[layout.joint_v] = dq
         pin.crba(self._model, self._data, self._q, pin.Convention.WORLD)  # fills J too
         self._mass += self._rotors
-        friction = robot.viscous * dq
-        if self._slips:
-            friction += robot.coulomb * np.sign(dq)
-        self._friction[layout.joint_v] = -friction
 
     def _act(self, torque: Array, ft: Array) -> None:
         """Compute the generalised force of motors and supports."""
         layout, acting = self._layout, self._acting
-        acting.fill(0.0)
-        if layout.sensor_frames:
-            for row, frame in enumerate(layout.sensor_frames):
-                place = pin.updateFramePlacement(self._model, self._data, frame)
-                # the foot on its parent: minus the reading
-                self._wrenches[row] = place.toDualActionMatrix() @ -ft[layout.sensors[row]]
-            np.einsum("ij,ij->i", self._columns, layout.chains @ self._wrenches, out=acting)
-        acting[layout.joint_v] += torque
+        acting[:6], acting[layout.joint_v] = 0.0, torque
+        for sensor, frame in zip(layout.sensors, layout.sensor_frames, strict=True):
+            # the foot on its parent: minus the reading
+            acting -= ft[sensor] @ self._jacobian(frame)
 
-    def _move(self) -> None:
-        """Compute momenta, rates and forces, rows [base, internal, classical], (6 + 2 n,)."""
-        v, nv, data, layout = self._v, self._model.nv, self._data, self._layout
-        self._imu_twist[:3] = self._fall.velocity
-        imu_map = pin.updateFramePlacement(self._model, data, layout.imu_frame).toActionMatrix()
-        v[:6] = imu_map @ self._imu_twist - (v * self._carries_imu) @ self._columns
-        pin.computeCoriolisMatrix(self._model, data, self._q, v)
-        terms = floating_terms(self._mass, self._coriolis, v, self._friction, self._acting)
-        inner, rows = slice(6, nv), slice(nv, None)
-        momentum, rate, force = self._momentum, self._rate, self._force
-        momentum[:6], momentum[rows] = terms.momentum[:6], terms.momentum[6:]
-        rate[:6], rate[rows] = terms.rate[:6], terms.rate[6:]
-        force[:6], force[rows] = self._acting[:6], self._acting[6:]
-        momentum[inner], rate[inner] = terms.internal_momentum, terms.internal_rate
-        force[inner] = terms.internal_force
+    def _jacobian(self, frame: int) -> Array:
+        """Jacobian of a frame in its own axes, (6, nv)."""
+        return pin.getFrameJacobian(self._model, self._data, frame, OWN_AXES)
+
+    def _terms(self) -> Array:
+        """Return momenta, rates and mean forces, columns of v, then internal, (3, 2 nv)."""
+        v, twist, imu = self._v, self._imu_twist, self._layout.imu_frame
+        twist[:3], twist[3:] = self._fall.velocity, self._gyro
+        place = pin.updateFramePlacement(self._model, self._data, imu)
+        v[:6] = 0.0
+        v[:6] = place.toActionMatrix() @ (twist - self._jacobian(imu) @ v)
+        pin.computeCoriolisMatrix(self._model, self._data, self._q, v)
+        friction = self._friction.torque(v)
+        return floating_terms(self._mass, self._coriolis, v, friction, self._acting).reshape(3, -1)
 
 
 class _Impulse:
