@@ -39,6 +39,7 @@ class ContactService:
         self._stamp: int | None = None
         self._next = self._next_location = 0  # stamps, ns
         self._complained = 0.0
+        self._up_base: np.ndarray | None = None
         self._flags: list[LimbFlag] = []
         self._located: Localisation = NOWHERE
         node.verb("tare", self._tare, help="take what the resting robot shows for zero {seconds}")
@@ -86,6 +87,8 @@ class ContactService:
     def spin(self) -> None:
         """Wait for frames and work off all that came."""
         self._node.wait(WAIT if self._config.lockstep else PATIENCE / self._config.rate)
+        self._base.newest()  # in every support, so that its statistics count
+        self._up_base = self._look_up()
         while (received := self._sensors.read()) is not None:
             self._take(received)
             if self._config.lockstep:
@@ -113,7 +116,7 @@ class ContactService:
             self._restart()
         self._stamp = stamp
         due = stamp >= self._next
-        self._bank.step(frame, stamp, self._up_base(), due)
+        self._bank.step(frame, stamp, self._up_base, due)
         if due:
             period = round(1e9 / self._config.rate)
             self._next = max(self._next + period, stamp + period // 2)
@@ -127,9 +130,8 @@ class ContactService:
         self._next = self._next_location = 0
         self._located = NOWHERE
 
-    def _up_base(self) -> np.ndarray | None:
-        """Upwards in base axes by the base estimator, None when that is not known."""
-        self._base.newest()
+    def _look_up(self) -> np.ndarray | None:
+        """Upwards in base axes by the base estimator, None when that is not known or needed."""
         latest = self._base.latest
         if self._config.support == "floor":
             return None
@@ -149,8 +151,11 @@ class ContactService:
 
     def _publish(self, received: Received) -> None:
         bank, like = self._bank, received.envelope
-        self._residuals.write(bank.message(), like=like, valid=bank.valid, reason=bank.reason)
+        if self._residuals.wanted(like.stamp, bank.valid):
+            self._residuals.write(bank.message(), like=like, valid=bank.valid, reason=bank.reason)
         reason = self._doubt()
+        if not self._contacts.wanted(like.stamp, not reason):
+            return
         if reason:
             self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
         else:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bus import Input, Node, Received
+from bus.introspection import port_info
 from bus.parameters import Parameters
 from bus.testing import eventually, running_hub
 from estimation.sensor_pipeline import SensorPipeline
@@ -88,9 +89,13 @@ class Bench:
         eventually(lambda: node.directory.leader(self._base.name))
         eventually(lambda: user.directory.leader(ports.name("contacts", robot)))
         eventually(lambda: user.directory.leader(ports.name("residuals", robot)))
+        eventually(lambda: all(self._is_heard(key, robot) for key in ("contacts", "residuals")))
 
     def _listen(self, kind: type, source: str, **types: Any) -> Input:
         return self._user.input(f"/user{source[:-1]}i", kind, source=source, depth=4096, **types)
+
+    def _is_heard(self, key: str, robot: Robot) -> bool:
+        return bool(port_info(self.node, ports.name(key, robot))["wanted_hz"])
 
     def feed(self, frames: Frames, base: BaseState | None = None) -> None:
         """Let the service work off frames, a few at a time."""
