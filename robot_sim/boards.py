@@ -34,7 +34,8 @@ class Boards:
         self.watchdog = watchdog
         self._kp = np.array(robot.board_kp)
         self._kd = np.array(robot.board_kd)
-        self._torque_limit = np.array(robot.torque_limit)
+        self._most = np.array(robot.torque_limit)
+        self._least = -self._most
         self._lower = np.array(robot.position_lower)
         self._upper = np.array(robot.position_upper)
         self._zero = np.zeros(robot.n)
@@ -60,13 +61,13 @@ class Boards:
         if feedforward is not None:
             self.feedforward = self._vector(feedforward, "feed-forward")
         if mode == "position":
-            self.reference = np.clip(self._value, self._lower, self._upper)
+            self.reference = _within(self._value, self._lower, self._upper)
         self.mode = mode
         self._silence = 0.0
 
     def _vector(self, value: Array, what: str) -> Array:
         array = np.array(value, dtype=float)
-        if array.shape != self._zero.shape or not np.isfinite(array).all():
+        if array.shape != self._zero.shape or not all(np.isfinite(array).tolist()):
             raise ValueError(
                 f"{what} command must be {self._zero.size} finite numbers, "
                 f"got shape {array.shape}: {array}"
@@ -84,16 +85,15 @@ class Boards:
             if self.mode == "velocity":
                 torque += self._kd * self._value
             torque += fade * self.feedforward
-        # A third of the cost of np.clip on a short vector.
-        return np.minimum(np.maximum(torque, -self._torque_limit), self._torque_limit)
+        return _within(torque, self._least, self._most)
 
     def _target(self, q: Array, offset: Array | None) -> Array:
         if self.mode == "velocity":
             moved = self.reference + self._tick * self._value
-            self.reference = np.clip(moved, self._lower, self._upper)
+            self.reference = _within(moved, self._lower, self._upper)
         if offset is None:
             return self.reference
-        return np.clip(self.reference + offset, self._lower, self._upper)
+        return _within(self.reference + offset, self._lower, self._upper)
 
     def _watch(self, q: Array) -> float:
         self._silence += self._tick
@@ -102,5 +102,10 @@ class Boards:
             return 1.0
         if self.mode != "position":
             self.mode = "position"
-            self.reference = np.clip(q, self._lower, self._upper)
+            self.reference = _within(q, self._lower, self._upper)
         return max(0.0, 1.0 - late / FADE_TIME)
+
+
+def _within(value: Array, lower: Array, upper: Array) -> Array:
+    """What np.clip does, at a third of its cost on a short vector."""
+    return np.minimum(np.maximum(value, lower), upper)
