@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robot_sim import Plant
-from robot_sim.noise import Noise, load_profile
+from robot_sim.noise import BLOCK, Noise, load_profile
 
 SIZES = (32, 6, 1)
 
@@ -35,6 +35,17 @@ def test_the_realistic_profile_has_the_stated_white_noise_and_biases(channel, wh
     assert drawn.std(axis=0) == pytest.approx(white, rel=0.05)
     assert (mean <= bias + 5 * white / np.sqrt(len(drawn))).all()
     assert mean.max() >= 0.05 * bias.max()
+
+
+def test_errors_drawn_for_many_ticks_at_once_are_those_drawn_one_by_one():
+    drawn = samples("realistic", "gyro", count=2 * BLOCK + 3, seed=4)
+    noise = Noise(load_profile("realistic"), *SIZES, 4)
+    random, size = np.random.default_rng(4), len(noise.bias)
+    random.standard_normal(size)  # the biases
+    one_by_one = np.array([random.standard_normal(size) for _ in drawn])
+    gyro = 6 * 6 + 32 + np.arange(3)
+    expected = noise.bias[gyro] + 0.005 * one_by_one[:, gyro]
+    assert drawn[:, 0] == pytest.approx(expected, abs=1e-15)
 
 
 def test_biases_over_many_runs_are_normal_with_half_the_bound_and_cut_at_it():
