@@ -5,6 +5,7 @@ import pinocchio as pin
 from scipy.linalg.lapack import dposv  # pyright: ignore[reportAttributeAccessIssue]
 
 from robot_model import Robot, TreeModel
+from robot_sim.joint_rows import joint_rows
 
 Array = np.ndarray
 
@@ -22,19 +23,14 @@ class ExternalForces:
         self.list = pin.StdVec_Force()
         for _ in range(model.njoints):
             self.list.append(pin.Force.Zero())
-        # Views into the list, made once: an attribute of a Pinocchio object costs 0.7 us.
-        self._views = [force.vector for force in self.list]
-        self._touched: set[int] = set()
+        self._rows = joint_rows(self.list)
 
     def clear(self) -> None:
-        for joint in self._touched:
-            self._views[joint][:] = 0.0
-        self._touched.clear()
+        self._rows.fill(0.0)
 
     def add(self, joint: int, wrench: Array) -> None:
-        view = self._views[joint]
-        np.add(view, wrench, out=view)
-        self._touched.add(joint)
+        row = self._rows[joint]
+        row += wrench
 
 
 class Body:
@@ -66,10 +62,10 @@ class Body:
         self.joint_v = tree.joint_v
         self._zero = np.zeros(self.model.nv)
         self._torque = np.zeros(self.model.nv)
-        self._inertia = np.zeros((self.model.nv, self.model.nv))
+        self._inertia = np.zeros((self.model.nv, self.model.nv), order="F")  # like the mass
         self._inertia[np.ix_(tree.joint_v, tree.joint_v)] = robot.rotor_inertia
         self._mass = self.data.M  # a view: crba writes into it
-        self._matrix = np.zeros_like(self._inertia, order="F")
+        self._matrix = np.zeros_like(self._inertia)
         self._diagonal = self._matrix.T.reshape(-1)[:: self.model.nv + 1]
         self._damping = np.zeros(self.model.nv)
 
@@ -121,7 +117,7 @@ class Body:
             PlantDiverged: the velocity is not finite or its norm is beyond 1e3.
         """
         v = self.v + self.tick * self.a
-        if not (v @ v < SPEED_LIMIT**2):  # also true for NaN
+        if not (v.dot(v) < SPEED_LIMIT**2):  # also true for NaN
             self.v = v
             raise PlantDiverged(self._trouble("a velocity left all bounds"))
         self.v = v

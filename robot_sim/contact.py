@@ -8,6 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.linalg import block_diag
 
 from robot_model import Robot, TreeModel
+from robot_sim.body import ExternalForces
+from robot_sim.joint_rows import joint_rows
 
 Array = np.ndarray
 
@@ -44,21 +46,6 @@ def point_velocity_map(points: Array) -> Array:
     """
     rows = [np.hstack([np.eye(3), -pin.skew(point)]) for point in points]
     return np.vstack(rows)
-
-
-class Foot(NamedTuple):
-    """One foot's share of the arrays, and views of its joint's motion."""
-
-    rotation: Array  # (3, 3) R_world_joint
-    origin: Array  # (3, 1) of the joint, world
-    joint_twist: Array  # (6,) joint axes
-    twist: Array  # (6,) copy of it in the stack of all feet
-    corners: Array  # (3, c) joint axes
-    velocity_local: Array  # (3, c) joint axes
-    position: Array  # (3, c) world
-    velocity: Array  # (3, c) world
-    force: Array  # (3, c) world
-    force_local: Array  # (3, c) joint axes
 
 
 def stands_on(robot: Robot) -> tuple[str, ...]:
@@ -101,109 +88,121 @@ class SoleContacts:
         tree = robot.tree
         whole = [placement(tree.model, tree.frame_id(name)) for name in self.frames]
         parts = [placement(cut.model, cut.frame_id(name)) for name in self.frames]
-        self.joints = [place.joint for place in whole]
-        self.joints_cut = [place.joint for place in parts]
+        joints, joints_cut = [p.joint for p in whole], [p.joint for p in parts]
         corners = [robot.soles[name] for name in self.frames]
         local = [[w.joint_M_frame.act(c) for c in cs] for w, cs in zip(whole, corners, strict=True)]
         maps = [_wrench_map(w, p, cs) for w, p, cs in zip(whole, parts, corners, strict=True)]
         # One product for all feet is cheaper than one per foot, zeros included.
-        velocity_maps = [_by_axis(point_velocity_map(np.array(cs))) for cs in local]
-        self._velocity_map = np.asarray(block_diag(*velocity_maps))
         self._wrench_map = np.asarray(block_diag(*maps))
+        self._point_map = _point_map(np.array(local))
+        self._rows = np.array(joints)
+        self._placements, self._twists = joint_rows(data.oMi), joint_rows(data.v)
+        self._allocate(*np.shape(local)[:2])
+        self._set_floor(floor, *np.shape(local)[:2])
+        rows = joints, self.wrench, joints_cut, self.wrench_cut
+        self._loads = list(zip(*rows, strict=True))
+
+    def _set_floor(self, floor: Floor, feet: int, size: int) -> None:
+        self._friction = floor.friction
+        self._cone = np.array([1.0, 1.0, -(floor.friction**2)])
+        stiffness = [floor.tangential_stiffness, floor.tangential_stiffness, floor.stiffness]
+        damping = [floor.tangential_damping, floor.tangential_damping, floor.damping]
+        gains = np.repeat(np.column_stack([stiffness, damping]), size, axis=1)
+        self._gains = -np.broadcast_to(gains, (feet, 3, 2 * size))
+
+    def _allocate(self, feet: int, size: int) -> None:
         # Axis before corner, so that every component is one contiguous row.
-        self._corners = np.ascontiguousarray(np.transpose(local, (0, 2, 1)))
-        self._set_floor(floor, self._corners.shape)
-        self._allocate(data, *self._corners.shape)
-
-    def _set_floor(self, floor: Floor, shape: tuple[int, ...]) -> None:
-        self._friction, self._cone = floor.friction, floor.friction**2
-        tangential = np.array([1.0, 1.0, 0.0])[:, None]
-        stiffness = tangential * floor.tangential_stiffness + (1 - tangential) * floor.stiffness
-        damping = tangential * floor.tangential_damping + (1 - tangential) * floor.damping
-        self._stiffness = np.broadcast_to(stiffness, shape).copy()
-        self._damping = np.broadcast_to(damping, shape).copy()
-
-    def _allocate(self, data: pin.Data, count: int, axes: int, size: int) -> None:
-        shape = (count, axes, size)
-        self._twist = np.zeros((count, 6))
-        self._velocity_local = np.zeros(shape)
-        self._position, self._velocity = np.zeros(shape), np.zeros(shape)
+        shape = (feet, 3, size)
+        self._twist = np.ones(6 * feet + 1)  # of all feet, and the 1 that adds a constant
+        self._foot_twist = self._twist[:-1].reshape(feet, 6)
+        self._place = np.zeros((feet, 12))
+        self._world_to_joint = self._place.reshape(feet, 4, 3)[:, :3]
+        self._joint_to_world = self._place.reshape(feet, 4, 3).transpose(0, 2, 1)  # [R p]
+        self._points = np.zeros((feet, 4, 2 * size))  # corners [p 1], then velocities [v 0]
+        self._motion = np.zeros((feet, 3, 2 * size))  # the same in the world, times the gains
+        self._spring, self._drag = self._motion[:, :, :size], self._motion[:, :, size:]
+        self._pull = np.zeros(shape)  # N, of the bristles' anchors; z stays 0, on the floor
         self._force, self._force_local = np.zeros(shape), np.zeros(shape)
-        self._anchor = np.zeros(shape)  # of the bristles; z stays 0, on the floor
-        self._all = np.zeros((count, 18))
-        self.wrench, self.wrench_cut, self.wrench_sole = np.split(self._all, 3, axis=1)
-        self._feet = [
-            Foot(
-                rotation=data.oMi[joint].rotation,
-                origin=data.oMi[joint].translation[:, None],
-                joint_twist=data.v[joint].vector,
-                twist=self._twist[i],
-                corners=self._corners[i],
-                velocity_local=self._velocity_local[i],
-                position=self._position[i],
-                velocity=self._velocity[i],
-                force=self._force[i],
-                force_local=self._force_local[i],
-            )
-            for i, joint in enumerate(self.joints)
-        ]
+        self._wrenches = np.zeros((feet, 18))
+        self.wrench, self.wrench_cut, self.wrench_sole = np.split(self._wrenches, 3, axis=1)
         # Flat views for the products that serve all feet at once.
-        self._twists, self._velocities = self._twist.reshape(-1), self._velocity_local.reshape(-1)
-        self._forces, self._wrenches = self._force_local.reshape(-1), self._all.reshape(-1)
+        self._flat_points, self._flat_force = (
+            self._points.reshape(-1),
+            self._force_local.reshape(-1),
+        )
+        self._flat_wrenches = self._wrenches.reshape(-1)
 
     def restart(self) -> None:
         """Forget the bristles: they start unstretched where the corners are now."""
         self._move_corners()
-        self._anchor[:, :2] = self._position[:, :2]
+        self._pull[:, :2] = -self._spring[:, :2]
 
     def release(self) -> None:
         """Set all contact forces to zero."""
-        self._all[:] = 0.0
+        self._wrenches[:] = 0.0
 
     def evaluate(self) -> None:
         """Compute the wrenches of the present state and move the bristles that slip."""
         self._move_corners()
         self._find_forces()
-        for foot in self._feet:
-            np.dot(foot.rotation.T, foot.force, out=foot.force_local)
-        np.dot(self._wrench_map, self._forces, out=self._wrenches)
+        np.matmul(self._world_to_joint, self._force, out=self._force_local)
+        self._wrench_map.dot(self._flat_force, out=self._flat_wrenches)
+
+    def add_to(self, whole: ExternalForces, cut: ExternalForces) -> None:
+        """Add the wrenches to the forces on the robot's tree and on the cut tree."""
+        for joint, wrench, joint_cut, wrench_cut in self._loads:
+            whole.add(joint, wrench)
+            cut.add(joint_cut, wrench_cut)
 
     def _move_corners(self) -> None:
-        for foot in self._feet:
-            foot.twist[:] = foot.joint_twist
-        np.dot(self._velocity_map, self._twists, out=self._velocities)
-        for foot in self._feet:
-            np.dot(foot.rotation, foot.corners, out=foot.position)
-            np.add(foot.position, foot.origin, out=foot.position)
-            np.dot(foot.rotation, foot.velocity_local, out=foot.velocity)
+        """Find the forces of springs and dampers, but for the springs' anchors."""
+        # Any other mode would go through a buffer.
+        self._twists.take(self._rows, 0, self._foot_twist, "clip")
+        self._placements.take(self._rows, 0, self._place, "clip")
+        self._point_map.dot(self._twist, out=self._flat_points)
+        np.matmul(self._joint_to_world, self._points, out=self._motion)
+        np.multiply(self._motion, self._gains, out=self._motion)
 
     def _find_forces(self) -> None:
-        drag = self._velocity * self._damping
-        force = np.subtract(self._anchor, self._position, out=self._force)
-        force *= self._stiffness
-        force -= drag
+        force = np.add(self._pull, self._spring, out=self._force)
+        force += self._drag
         normal = force[:, 2]
         np.maximum(normal, 0.0, out=normal)
-        normal *= self._position[:, 2] < 0.0  # the damper never pulls a lifted corner back
-        square = force * force
-        slips = square[:, 0] + square[:, 1] > self._cone * square[:, 2]
-        if np.count_nonzero(slips):
-            self._slip(slips, drag)
+        # The damper never pulls a lifted corner back.
+        normal *= np.heaviside(self._spring[:, 2], 0.0)
+        slips = self._cone @ (force * force) > 0.0
+        foot, corner = slips.nonzero()
+        if foot.size:
+            self._slip(foot, corner)
 
-    def _slip(self, slips: Array, drag: Array) -> None:
+    def _slip(self, foot: Array, corner: Array) -> None:
         """Cut friction at the Coulomb cone and drag the bristles along."""
-        foot, corner = np.nonzero(slips)
         friction = self._force[foot, :2, corner]
         limit = self._friction * self._force[foot, 2, corner]
         friction *= (limit / np.linalg.norm(friction, axis=1))[:, None]
         self._force[foot, :2, corner] = friction
-        stretch = (friction + drag[foot, :2, corner]) / self._stiffness[0, 0, 0]
-        self._anchor[foot, :2, corner] = self._position[foot, :2, corner] + stretch
+        rest = self._spring[foot, :2, corner] + self._drag[foot, :2, corner]
+        self._pull[foot, :2, corner] = friction - rest
 
 
 def _by_axis(rows: Array) -> Array:
     """Reorder rows from corner by corner (x y z x y z ...) to axis by axis."""
     return rows.reshape(-1, 3, rows.shape[1]).transpose(1, 0, 2).reshape(rows.shape)
+
+
+def _point_map(corners: Array) -> Array:
+    """Return the map from the feet's twists and a 1 to corners [p 1] and velocities [v 0].
+
+    Corners (F, c, 3) in joint axes; the map is (F * 4 * 2 c, 6 F + 1), corners before
+    velocities in a row, so that one [R p] per foot takes both to the world.
+    """
+    feet, size, _ = corners.shape
+    points = np.zeros((feet, 4, 2 * size, 6 * feet + 1))
+    points[:, :3, :size, -1] = corners.transpose(0, 2, 1)
+    points[:, 3, :size, -1] = 1.0
+    velocity = block_diag(*[_by_axis(point_velocity_map(foot)) for foot in corners])
+    points[:, :3, size:, :-1] = np.asarray(velocity).reshape(feet, 3, size, -1)
+    return points.reshape(-1, 6 * feet + 1)
 
 
 def _wrench_map(whole: Placement, part: Placement, corners: Array) -> Array:

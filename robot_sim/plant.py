@@ -79,8 +79,9 @@ class Plant:
         self._pushes = Pushes(robot, self._body.data, cut)
         self._joint_q, self._joint_v = robot.tree.joint_q, robot.tree.joint_v
         self._standing = standing_base(robot, self.config.floor)
-        self._up = self._standing.rotation.T[:, 2]  # in base axes, while standing
-        self._base_axes = self._body.data.oMi[1].rotation
+        self._up = self._standing.rotation[2].copy()  # in base axes, while standing
+        self._up_now = self._body.data.oMi[1].rotation[2]  # the same at this instant, a view
+        self._lowest = self._standing.translation[2] - self.config.fall_drop  # m
         self._least_upright = np.cos(self.config.fall_tilt)
         self._valid = all_valid(robot.dimensions)
         self._motion: Motion | None = None
@@ -234,7 +235,8 @@ class Plant:
         whole.clear()
         cut.clear()
         if self.base_mode == "free" and self._contacts is not None:
-            self._add_contacts(self._contacts)
+            self._contacts.evaluate()
+            self._contacts.add_to(whole, cut)
         if self._pushes.active:
             self._pushes.evaluate(self.time * 1e-9)
         else:
@@ -242,14 +244,6 @@ class Plant:
         for push, force in self._pushes.acting:
             whole.add(push.joint, push.wrench_map @ force)
             cut.add(push.joint_cut, push.wrench_map_cut @ force)
-
-    def _add_contacts(self, contacts: SoleContacts) -> None:
-        contacts.evaluate()
-        for i, (joint, joint_cut) in enumerate(
-            zip(contacts.joints, contacts.joints_cut, strict=True)
-        ):
-            self._body.forces.add(joint, contacts.wrench[i])
-            self._exact.forces.add(joint_cut, contacts.wrench_cut[i])
 
     def _freeze(self) -> None:
         """Hold the fallen robot where it is: its body has no contacts besides the soles."""
@@ -265,9 +259,8 @@ class Plant:
     def _has_fallen(self) -> bool:
         if self.base_mode == "fixed":
             return False
-        upright = self._base_axes[2] @ self._up
-        drop = self._standing.translation[2] - self._body.q[2]
-        return bool(upright < self._least_upright or drop > self.config.fall_drop)
+        upright = self._up_now.dot(self._up)
+        return bool(upright < self._least_upright or self._body.q[2] < self._lowest)
 
     # -- what is seen of it
 
