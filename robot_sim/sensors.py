@@ -10,6 +10,7 @@ from robot_sim.body import Body, ExternalForces
 from robot_sim.contact import placement
 
 Array = np.ndarray
+Quaternion = tuple[float, float, float, float]
 
 
 class Readings(NamedTuple):
@@ -25,7 +26,42 @@ class Readings(NamedTuple):
     gyro: Array  # (m, 3) rad/s, imu axes
     acceleration: Array  # (m, 3) m/s^2, proper
     angular_acceleration: Array  # (m, 3) rad/s^2
-    rotation: Array  # (m, 3, 3) R_world_imu
+    attitude: list[Quaternion]  # (m,) wxyz, world from imu
+
+
+class Imu:
+    """One exact inertial sensor.
+
+    Args:
+        name: Its frame.
+        cut: The tree cut at the F/T sensors.
+        data: Its data after inverse dynamics, which makes ``a_gf`` the spatial
+            acceleration less gravity's.
+        whole: The body's tree, whose placements give the attitude.
+        whole_data: Its data.
+    """
+
+    def __init__(
+        self, name: str, cut: TreeModel, data: pin.Data, whole: TreeModel, whole_data: pin.Data
+    ):
+        place = placement(cut.model, cut.frame_id(name))
+        self._joint_M_imu = place.joint_M_frame
+        self._to_imu = np.ascontiguousarray(place.joint_M_frame.rotation.T)
+        # Views, made once: an attribute of a Pinocchio object costs 0.7 us.
+        self._twist, self._rate = data.v[place.joint], data.a_gf[place.joint]
+        self._angular_twist, self._angular_rate = self._twist.angular, self._rate.angular
+        self._frame = whole.model, whole_data, whole.frame_id(name)
+
+    def read(self, out: Array) -> None:
+        """Write gyro [rad/s], proper acceleration [m/s^2] and dgyro [rad/s^2] to (3, 3)."""
+        out[0] = self._to_imu.dot(self._angular_twist)
+        out[1] = pin.classicAcceleration(self._twist, self._rate, self._joint_M_imu)
+        out[2] = self._to_imu.dot(self._angular_rate)
+
+    def attitude(self) -> Quaternion:
+        """Return the rotation from imu to world, wxyz."""
+        *_, x, y, z, w = pin.SE3ToXYZQUATtuple(pin.updateFramePlacement(*self._frame))
+        return w, x, y, z
 
 
 class ExactSensors:
@@ -45,27 +81,17 @@ class ExactSensors:
         self.forces = ExternalForces(cut.model)
         self._model, self._data, self._body = cut.model, cut.model.createData(), body
         self._rotor_inertia = np.array(robot.rotor_inertia)
-        self._joint_q, self._joint_v = cut.joint_q, cut.joint_v
-        self._cut_v, self._cut_sign = cut.cut_v, cut.cut_sign[:, None]
+        self._joint_v, self._cut_v, self._cut_sign = cut.joint_v, cut.cut_v, cut.cut_sign[:, None]
+        self._place_state(robot.tree, cut)
+        trees = cut, self._data, robot.tree, body.data
+        self._imus = [Imu(name, *trees) for name in robot.imus]
+
+    def _place_state(self, tree: TreeModel, cut: TreeModel) -> None:
+        """Allocate the cut tree's state, and find where the body's numbers go in it."""
         self._q = cut.neutral.copy()
         self._v, self._a = np.zeros(cut.model.nv), np.zeros(cut.model.nv)
-        self._place_imus(robot, cut)
-
-    def _place_imus(self, robot: Robot, cut: TreeModel) -> None:
-        places = [placement(cut.model, cut.frame_id(name)) for name in robot.imus]
-        data = self._data
-        self._imus = [
-            (
-                data.v[p.joint].vector,
-                data.a_gf[p.joint].vector,
-                p.joint_M_frame.toActionMatrixInverse(),
-            )
-            for p in places
-        ]
-        tree = robot.tree
-        mounts = [placement(tree.model, tree.frame_id(name)) for name in robot.imus]
-        self._mounts = np.array([p.joint_M_frame.rotation for p in mounts])
-        self._axes = [self._body.data.oMi[p.joint].rotation for p in mounts]
+        self._to_q, self._to_v = np.arange(tree.model.nq), np.arange(tree.model.nv)
+        self._to_q[tree.joint_q], self._to_v[tree.joint_v] = cut.joint_q, cut.joint_v
 
     def read(self, q: Array, dq: Array, friction: Array) -> Readings:
         """Compute all readings of the present instant.
@@ -76,34 +102,22 @@ class ExactSensors:
         """
         body = self._body
         ddq = body.a[body.joint_v]
-        self._q[:7], self._v[:6], self._a[:6] = body.q[:7], body.v[:6], body.a[:6]
-        self._q[self._joint_q], self._v[self._joint_v], self._a[self._joint_v] = q, dq, ddq
+        self._q[self._to_q], self._v[self._to_v], self._a[self._to_v] = body.q, body.v, body.a
         torque = pin.rnea(self._model, self._data, self._q, self._v, self._a, self.forces.list)
         link_torque = torque[self._joint_v]
-        gyro, acceleration, angular = self._read_imus()
+        motion = np.empty((len(self._imus), 3, 3))
+        for i, imu in enumerate(self._imus):
+            imu.read(out=motion[i])
         return Readings(
             q=q,
             dq=dq,
             ddq=ddq,
             link_torque=link_torque,
-            motor_torque=link_torque + self._rotor_inertia @ ddq + friction,
+            motor_torque=link_torque + self._rotor_inertia.dot(ddq) + friction,
             ft=torque[self._cut_v] * self._cut_sign,
             base_wrench=torque[:6],
-            gyro=gyro,
-            acceleration=acceleration,
-            angular_acceleration=angular,
-            rotation=np.array(self._axes) @ self._mounts,
+            gyro=motion[:, 0],
+            acceleration=motion[:, 1],
+            angular_acceleration=motion[:, 2],
+            attitude=[imu.attitude() for imu in self._imus],
         )
-
-    def _read_imus(self) -> tuple[Array, Array, Array]:
-        """Return gyro, proper acceleration and angular acceleration of each IMU."""
-        motion = np.empty((len(self._imus), 2, 6))
-        for (twist, rate), (joint_twist, joint_rate, to_imu) in zip(
-            motion, self._imus, strict=True
-        ):
-            np.dot(to_imu, joint_twist, out=twist)
-            np.dot(to_imu, joint_rate, out=rate)
-            vx, vy, vz, wx, wy, wz = twist.tolist()
-            # From spatial to classical acceleration: w x v, without the 25 us of np.cross.
-            rate[:3] += (wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx)
-        return motion[:, 0, 3:], motion[:, 1, :3], motion[:, 1, 3:]
