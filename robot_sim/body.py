@@ -2,10 +2,10 @@
 
 import numpy as np
 import pinocchio as pin
-from scipy.linalg.lapack import dposv  # pyright: ignore[reportAttributeAccessIssue]
 
 from robot_model import Robot, TreeModel
 from robot_sim.joint_rows import joint_rows
+from robot_sim.rotors import added_inertia
 
 Array = np.ndarray
 
@@ -38,10 +38,11 @@ class Body:
 
     Solves (M + A + h D) a = tau - D v - bias + J' f, so viscous damping D acts at the
     end of the tick and stays stable however large it is; A is the rotor inertia.
-    Then v += h a and q moves by h v (semi-implicit Euler).
+    Then v += h a and q moves by h v (semi-implicit Euler). With a clamped root, the
+    root's coupling to the joints is left out.
 
     Args:
-        robot: Gives tree and rotor inertia.
+        robot: Gives tree and rotor inertia, see ``added_inertia``.
         tick: Integration step h [s].
 
     Attributes:
@@ -62,12 +63,11 @@ class Body:
         self.joint_v = tree.joint_v
         self._zero = np.zeros(self.model.nv)
         self._torque = np.zeros(self.model.nv)
-        self._inertia = np.zeros((self.model.nv, self.model.nv), order="F")  # like the mass
-        self._inertia[np.ix_(tree.joint_v, tree.joint_v)] = robot.rotor_inertia
-        self._mass = self.data.M  # a view: crba writes into it
-        self._matrix = np.zeros_like(self._inertia)
-        self._diagonal = self._matrix.T.reshape(-1)[:: self.model.nv + 1]
-        self._damping = np.zeros(self.model.nv)
+        self._mass = self.data.M  # a view: crba writes its upper triangle
+        self._pivots = self.data.D  # a view: of the factorised mass
+        self._added = added_inertia(robot, self.data)
+        self._rotor_inertia = self._added.diagonal().copy()
+        self._damping = None
 
     def place(self, q: Array, fixed: bool) -> None:
         """Put the body at rest at a configuration (nq,), with a clamped or a free root."""
@@ -97,18 +97,25 @@ class Body:
         """
         bias = pin.rnea(self.model, self.data, self.q, self.v, self._zero, self.forces.list)
         pin.crba(self.model, self.data, self.q)
-        matrix = self._matrix
-        np.add(self._mass, self._inertia, out=matrix)
-        self._damping[self.joint_v] = self.tick * damping
-        self._diagonal += self._damping
+        if damping is not self._damping:
+            self._set_damping(damping)
+        mass = self._mass
+        mass += self._added
         self._torque[self.joint_v] = torque
         drive = self._torque - bias
         if self.fixed:
-            _, self.a[6:], status = dposv(matrix[6:, 6:], drive[6:])
-        else:
-            _, self.a, status = dposv(matrix, drive, overwrite_a=1, overwrite_b=1)
-        if status != 0:
+            mass[:6, 6:], drive[:6] = 0.0, 0.0
+        pin.cholesky.decompose(self.model, self.data)
+        if not self._pivots[self._pivots.argmin()] > 0.0:  # also true for NaN
             raise PlantDiverged(self._trouble("the mass matrix cannot be factorised"))
+        self.a = pin.cholesky.solve(self.model, self.data, drive)
+
+    def _set_damping(self, damping: Array) -> None:
+        """Put h D on the diagonal; most often it is the same array at every tick."""
+        self._damping = damping
+        diagonal = self._rotor_inertia.copy()
+        diagonal[self.joint_v] += self.tick * damping
+        np.fill_diagonal(self._added, diagonal)
 
     def integrate(self) -> None:
         """Move the state by one tick with the present acceleration.
