@@ -12,6 +12,8 @@ import pinocchio as pin
 from estimation.support_wrenches import share_support, sole_box
 from robot_model import Robot
 
+LOCAL = pin.ReferenceFrame.LOCAL
+
 
 class GravityResult(NamedTuple):
     """Torques that hold the robot, and how."""
@@ -25,15 +27,17 @@ class LoadSharing:
     """Low-passed share of each support in the vertical load; even while it is not known."""
 
     def __init__(self, count: int, time_constant: float):
-        self.shares = np.full(count, 1.0 / max(1, count))
+        self._even = np.full(count, 1.0 / max(1, count))
+        self.shares = self._even
         self._time_constant = time_constant  # s
 
     def update(self, vertical: np.ndarray | None, dt: float) -> np.ndarray:
         """Return the shares (s,) after vertical forces (s,) [N], None while unknown."""
-        count = len(self.shares)
-        target = np.full(count, 1.0 / max(1, count))
-        if vertical is not None and (total := float(np.maximum(vertical, 0.0).sum())) > 1.0:
-            target = np.maximum(vertical, 0.0) / total
+        target = self._even
+        if vertical is not None:
+            pressing = np.maximum(vertical, 0.0)
+            if (total := float(pressing.sum())) > 1.0:
+                target = pressing / total
         pull = dt / (self._time_constant + dt)
         self.shares = self.shares + pull * (target - self.shares)
         return self.shares
@@ -96,23 +100,16 @@ class GravityCompensator:
         self._q[3:7] = pin.Quaternion(rotation).coeffs()
         self._q[tree.joint_q] = q
         gravity = pin.computeGeneralizedGravity(model, data, self._q)
-        pin.computeJointJacobians(model, data, self._q)
-        jacobians = np.array([self._jacobian(frame) for frame in self._frames])
-        vertical = None if force is None else self._vertical(force)
+        jacobians = [pin.computeFrameJacobian(model, data, self._q, f, LOCAL) for f in self._frames]
+        effect = np.concatenate(jacobians).T  # of the supports' wrenches on base and joints
+        vertical = None if force is None else _vertical(rotation[2] @ effect[:3], force)
         shares = self._sharing.update(vertical, dt)
-        maps = jacobians[:, :, :6].transpose(0, 2, 1)
-        result = share_support(maps, gravity[:6], shares, self._boxes)
-        joints = jacobians[:, :, tree.joint_v]
-        torque = gravity[tree.joint_v] - np.einsum("sij,si->j", joints, result.wrench)
+        result = share_support(effect[:6], gravity[:6], shares, self._boxes)
+        torque = (gravity - effect @ result.wrench.ravel())[tree.joint_v]
         reason = "" if result.feasible else "the centre of mass lies outside the supports"
         return GravityResult(torque, result.wrench, reason)
 
-    def _jacobian(self, frame: int) -> np.ndarray:
-        local = pin.ReferenceFrame.LOCAL
-        pin.updateFramePlacement(self._tree.model, self._data, frame)
-        return pin.getFrameJacobian(self._tree.model, self._data, frame, local).copy()
 
-    def _vertical(self, force: np.ndarray) -> np.ndarray:
-        """Upward part (s,) of forces in support axes; placements are those of the last call."""
-        placements = [self._data.oMf[frame].rotation[2] for frame in self._frames]
-        return np.einsum("si,si->s", np.array(placements), force)
+def _vertical(lift: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Upward part (s,) of forces (s, 3), given the upward part of unit wrenches (6 s,)."""
+    return (lift.reshape(-1, 6)[:, :3] * force).sum(axis=1)

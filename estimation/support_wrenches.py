@@ -1,5 +1,6 @@
 """Support wrenches that hold a resting robot up, shared as the supports are loaded."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -7,25 +8,19 @@ import numpy as np
 MARGIN = 0.005  # m, kept between a centre of pressure and the edge of its sole
 
 
+# How far each component of a support's wrench may stray from the wanted one: square roots
+# of inverse weights, N and N m, for a support that bears everything; relative to each other
+# only. The vertical force is held to the load sharing; tangential forces and moments give
+# what balance needs.
+PREFERENCE = np.array([1.0, 1.0, 0.2, 0.05, 0.05, 0.02])
+SPREAD = PREFERENCE**2
+
+
 class SoleBox(NamedTuple):
-    """Where the centre of pressure of a support may lie, in the support frame."""
+    """Where the centre of pressure of a support may lie, x and y in the support frame."""
 
-    low: np.ndarray  # (2,) m
-    high: np.ndarray  # (2,) m
-
-
-class Preference(NamedTuple):
-    """How far each component of a support's wrench may stray from the wanted one.
-
-    Square roots of inverse weights, for a support that bears everything; relative to
-    each other only. The vertical force is held to the load sharing; tangential forces
-    and moments give what balance needs.
-    """
-
-    tangential: float = 1.0  # N
-    vertical: float = 0.2  # N
-    tilting: float = 0.05  # N m
-    twisting: float = 0.02  # N m
+    low: tuple[float, float]  # m
+    high: tuple[float, float]  # m
 
 
 class SupportWrenches(NamedTuple):
@@ -35,19 +30,16 @@ class SupportWrenches(NamedTuple):
     feasible: bool
 
 
-def sole_box(corners: np.ndarray | None) -> SoleBox | None:
+def sole_box(corners: np.ndarray | None, margin: float = MARGIN) -> SoleBox | None:
     """Return the box of sole corners (c, 3) m less the margin; None if there are none."""
     if corners is None:
         return None
-    return SoleBox(corners[:, :2].min(axis=0) + MARGIN, corners[:, :2].max(axis=0) - MARGIN)
+    (left, low, _), (right, high, _) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    return SoleBox((left + margin, low + margin), (right - margin, high - margin))
 
 
 def share_support(
-    maps: np.ndarray,
-    demand: np.ndarray,
-    shares: np.ndarray,
-    boxes: list[SoleBox | None],
-    preference: Preference | None = None,
+    balance: np.ndarray, demand: np.ndarray, shares: np.ndarray, boxes: list[SoleBox | None]
 ) -> SupportWrenches:
     """Distribute the wrench that holds the base over the supports.
 
@@ -56,38 +48,31 @@ def share_support(
     its sole is held at the edge, and the rest solved again.
 
     Args:
-        maps: (s, 6, 6) from a wrench in a support frame to the base's wrench.
+        balance: (6, 6 s) from the wrenches in the support frames to the base's wrench.
         demand: Wrench that the supports together must exert on the base, (6,).
         shares: Part of the vertical load that each support bears, (s,), adding up to 1.
         boxes: Sole of each support; None where any wrench can be transmitted.
-        preference: Weights.
 
     Returns:
         Wrenches; not feasible when no unilateral wrench inside the soles balances.
     """
-    count = len(maps)
-    spread = _spread(shares, preference or Preference())
-    balance = maps.transpose(1, 0, 2).reshape(6, 6 * count)
-    wanted = np.zeros((count, 6))
-    wanted[:, 2] = shares * np.linalg.norm(demand[:3])
+    # A support strays in proportion to its share of the load.
+    spread = (np.maximum(shares, 1e-3)[:, None] * SPREAD).ravel()
+    wanted = np.zeros(balance.shape[1])
+    wanted[2::6] = shares * math.hypot(*demand[:3].tolist())
+    rows, right = balance, demand
     edges: dict[tuple[int, int], np.ndarray] = {}
-    for _ in range(2 * count + 1):
-        rows = np.vstack([balance, *edges.values()])
-        right = np.concatenate([demand, np.zeros(len(edges))])
-        wrench = _nearest(rows, right, wanted.ravel(), spread).reshape(count, 6)
+    for _ in range(2 * len(boxes) + 1):
+        wrench = _nearest(rows, right, wanted, spread)
         crossed = _crossed_edges(wrench, boxes)
-        if not set(crossed) - set(edges):
+        if crossed.keys() <= edges.keys():
             break
         edges |= crossed
-    missing = np.linalg.norm(demand - np.einsum("sij,sj->i", maps, wrench))
-    balanced = bool(missing < 1e-3 * np.linalg.norm(demand))
-    return SupportWrenches(wrench, balanced and _unilateral(wrench, boxes))
-
-
-def _spread(shares: np.ndarray, p: Preference) -> np.ndarray:
-    """Variances (6 s,): a support strays in proportion to its share of the load."""
-    one = np.square([p.tangential, p.tangential, p.vertical, p.tilting, p.tilting, p.twisting])
-    return np.kron(np.maximum(shares, 1e-3), one)
+        rows = np.vstack([balance, *edges.values()])
+        right = np.concatenate([demand, np.zeros(len(edges))])
+    missing = demand - balance @ wrench
+    balanced = bool(missing @ missing < 1e-6 * (demand @ demand))
+    return SupportWrenches(wrench.reshape(-1, 6), balanced and _unilateral(wrench, boxes))
 
 
 def _nearest(
@@ -95,8 +80,10 @@ def _nearest(
 ) -> np.ndarray:
     """Return the x nearest to ``wanted`` (metric 1 / spread) with rows @ x = right."""
     weighted = rows * spread
-    step = np.linalg.lstsq(weighted @ rows.T, right - rows @ wanted, rcond=1e-12)[0]
-    return wanted + weighted.T @ step
+    square, missing = weighted @ rows.T, right - rows @ wanted
+    if len(rows) == 6:  # balance alone, which one support can always give
+        return wanted + np.linalg.solve(square, missing) @ weighted
+    return wanted + np.linalg.lstsq(square, missing, rcond=1e-12)[0] @ weighted
 
 
 def _crossed_edges(
@@ -104,20 +91,27 @@ def _crossed_edges(
 ) -> dict[tuple[int, int], np.ndarray]:
     """Rows that hold each centre of pressure that left its sole at the edge."""
     edges = {}
-    for i, box in enumerate(boxes):
-        if box is None or wrench[i, 2] <= 0.0:
+    for i, (box, row) in enumerate(zip(boxes, wrench.reshape(-1, 6).tolist(), strict=True)):
+        _, _, fz, mx, my, _ = row
+        if box is None or fz <= 0.0:
             continue
-        center = np.array([-wrench[i, 4], wrench[i, 3]]) / wrench[i, 2]
-        held = np.minimum(np.maximum(center, box.low), box.high)
-        for axis in np.flatnonzero(np.abs(held - center) > 1e-9):
-            row = np.zeros(wrench.size)
-            row[6 * i + 2] = held[axis]
-            row[6 * i + (4 if axis == 0 else 3)] = 1.0 if axis == 0 else -1.0
-            edges[i, int(axis)] = row[None]
+        for axis, center in enumerate((-my / fz, mx / fz)):
+            held = min(max(center, box.low[axis]), box.high[axis])
+            if abs(held - center) > 1e-9:
+                edges[i, axis] = _edge(i, axis, held, len(wrench))
     return edges
+
+
+def _edge(support: int, axis: int, held: float, size: int) -> np.ndarray:
+    """Row (size,) that holds a centre of pressure on one axis, x or y [m]."""
+    row = np.zeros(size)
+    row[6 * support + 2] = held
+    row[6 * support + (4 if axis == 0 else 3)] = 1.0 if axis == 0 else -1.0
+    return row
 
 
 def _unilateral(wrench: np.ndarray, boxes: list[SoleBox | None]) -> bool:
     """Whether every sole pushes, up to a hundredth of the whole load."""
-    slack = -0.01 * float(np.abs(wrench[:, 2]).sum())
-    return all(box is None or wrench[i, 2] >= slack for i, box in enumerate(boxes))
+    vertical = wrench[2::6].tolist()
+    slack = -0.01 * sum(map(abs, vertical))
+    return all(box is None or f >= slack for box, f in zip(boxes, vertical, strict=True))

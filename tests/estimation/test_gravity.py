@@ -85,11 +85,11 @@ SOLE = np.array([[0.1, 0.05, 0.0], [0.1, -0.05, 0.0], [-0.1, -0.05, 0.0], [-0.1,
 
 
 def two_soles(x: float, y: float) -> tuple[np.ndarray, np.ndarray]:
-    """Maps of soles at y = 0.1 and -0.1 m, and the demand of 100 N at (x, y)."""
+    """Balance of soles at y = 0.1 and -0.1 m, and the demand of 100 N at (x, y)."""
     maps = np.tile(np.eye(6), (2, 1, 1))
     for i, side in enumerate((0.1, -0.1)):
         maps[i, 3:, :3] = [[0.0, 0.0, side], [0.0, 0.0, 0.0], [-side, 0.0, 0.0]]
-    return maps, np.array([0.0, 0.0, 100.0, 100.0 * y, -100.0 * x, 0.0])
+    return np.hstack(list(maps)), np.array([0.0, 0.0, 100.0, 100.0 * y, -100.0 * x, 0.0])
 
 
 def centers(wrench):
@@ -98,25 +98,32 @@ def centers(wrench):
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.05, 0.02), (0.09, 0.0), (0.0, 0.12)])
 def test_shared_wrenches_balance_with_centres_of_pressure_inside(x, y):
-    maps, demand = two_soles(x, y)
-    result = share_support(maps, demand, np.array([0.5, 0.5]), [sole_box(SOLE)] * 2)
+    balance, demand = two_soles(x, y)
+    result = share_support(balance, demand, np.array([0.5, 0.5]), [sole_box(SOLE)] * 2)
     assert result.feasible
-    np.testing.assert_allclose(np.einsum("sij,sj->i", maps, result.wrench), demand, atol=1e-8)
+    np.testing.assert_allclose(balance @ result.wrench.ravel(), demand, atol=1e-8)
     loaded = result.wrench[:, 2] > 1.0
     assert (np.abs(centers(result.wrench[loaded])) < [0.1, 0.05]).all()
 
 
 def test_the_vertical_force_follows_the_shares_while_the_soles_allow_it():
-    maps, demand = two_soles(0.0, 0.02)
-    result = share_support(maps, demand, np.array([0.7, 0.3]), [sole_box(SOLE)] * 2)
+    balance, demand = two_soles(0.0, 0.02)
+    result = share_support(balance, demand, np.array([0.7, 0.3]), [sole_box(SOLE)] * 2)
     np.testing.assert_allclose(result.wrench[:, 2], [70.0, 30.0], atol=2.0)
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.2, 0.0), (0.0, 0.3), (-0.15, -0.2)])
 def test_a_centre_of_mass_beyond_the_soles_cannot_be_held(x, y):
-    maps, demand = two_soles(x, y)
-    result = share_support(maps, demand, np.array([0.5, 0.5]), [sole_box(SOLE)] * 2)
+    balance, demand = two_soles(x, y)
+    result = share_support(balance, demand, np.array([0.5, 0.5]), [sole_box(SOLE)] * 2)
     assert not result.feasible
+
+
+@pytest.mark.parametrize(("x", "y", "feasible"), [(0.05, 0.02, True), (0.15, 0.2, False)])
+def test_one_sole_holds_what_lies_above_it_and_nothing_else(x, y, feasible):
+    demand = np.array([0.0, 0.0, 100.0, 100.0 * y, -100.0 * x, 0.0])
+    result = share_support(np.eye(6), demand, np.ones(1), [sole_box(SOLE)])
+    assert result.feasible == feasible
 
 
 def test_without_a_support_there_is_nothing_to_hold_against(robot):
