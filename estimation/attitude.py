@@ -1,10 +1,11 @@
 """Attitude of an inertial sensor from its gyro and accelerometer."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.rotations import cross, heading_of, orthonormal, rotation_of, rotation_vector
+from estimation.rotations import cross, heading_of, orthonormal, rotation_vector, up_of
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -94,15 +95,15 @@ class AttitudeFilter:
 
     def _trust(self, acc: np.ndarray) -> float:
         """Fade the accelerometer's pull with what cannot be gravity."""
-        excess = abs(float(np.linalg.norm(acc)) - self._gravity)
+        excess = abs(math.hypot(*acc.tolist()) - self._gravity)
         return max(0.0, 1.0 - excess / self._gains.acceleration_band)
 
 
 def measured_up(acc: np.ndarray, quat_wxyz: np.ndarray | None = None) -> np.ndarray:
     """Return the upward unit vector (3,) in sensor axes."""
     if quat_wxyz is not None:
-        return rotation_of(quat_wxyz)[2]
-    return acc / max(float(np.linalg.norm(acc)), 1e-3)
+        return up_of(quat_wxyz)
+    return acc / max(math.hypot(*acc.tolist()), 1e-3)
 
 
 def level_rotation(up: np.ndarray) -> np.ndarray:

@@ -7,17 +7,19 @@ theirs. On the pole the base stays where it would be if the soles of the robot's
 posture hung ``pole_lift`` above that origin.
 """
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from estimation.attitude import AttitudeFilter, AttitudeGains, measured_up
-from estimation.leg_odometry import LegOdometry, base_velocity
-from estimation.rotations import heading_of
-from estimation.support_kinematics import FrameMotion, SupportKinematics
+from estimation.leg_odometry import LegOdometry, base_velocity, heading
+from estimation.support_kinematics import FrameMotion, Support, SupportKinematics
 from robot_model import Robot
 
 GRAVITY = 9.81  # m/s^2
+ORIGIN = np.zeros(3)  # m
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,7 @@ class BaseSettings:
     angular_std: float  # rad/s
 
 
-@dataclass(frozen=True, eq=False)
-class BaseSample:
+class BaseSample(NamedTuple):
     """One instant of the channels that the estimator needs."""
 
     q: np.ndarray  # (n,) rad
@@ -50,8 +51,7 @@ class BaseSample:
     imu_valid: bool
 
 
-@dataclass(frozen=True, eq=False)
-class BaseEstimate:
+class BaseEstimate(NamedTuple):
     """Pose and velocity of the base link."""
 
     position: np.ndarray  # (3,) m, in the world
@@ -76,6 +76,8 @@ class BaseEstimator:
     def __init__(self, robot: Robot, support: str, settings: BaseSettings):
         self._robot = robot
         self._settings = settings
+        self._limit = settings.loaded_share * robot.mass * GRAVITY  # N
+        self._spread = _spread(settings)
         self._attitude = AttitudeFilter(settings.gains, GRAVITY)
         self._odometry = LegOdometry(settings.position_gain)
         self.set_support(support)
@@ -99,22 +101,22 @@ class BaseEstimator:
         """Advance by one sample, ``dt`` [s] after the last one."""
         if lost := self._lost(sample):
             return self._estimate(lost)
-        kinematics = self._kinematics
-        kinematics.update(sample.q, sample.dq)
-        imu = kinematics.imu()
-        weights, centers = self._loads(sample, imu)
-        supports = {i: kinematics.support(i) for i in weights}
-        if not (weights or self._attitude.started):
+        self._kinematics.update(sample.q, sample.dq)
+        imu = self._kinematics.imu()
+        supports = self._supports(sample, imu)
+        if not (supports or self._attitude.started):
             return self._estimate(self._no_support())
         if not self._attitude.started:
             self._start(sample, imu, supports)
-        self._turn(sample, imu, supports, weights, dt)
-        self._move(sample, imu, supports, weights, centers, dt)
-        return self._estimate("" if weights else self._no_support())
+        self._turn(sample, imu, supports, dt)
+        self._move(sample, imu, supports, dt)
+        return self._estimate("" if supports else self._no_support())
 
     def _lost(self, sample: BaseSample) -> str:
         if not sample.imu_valid:
             return f"no data from {self._robot.imus[0]}"
+        if all(sample.joint_valid.tolist()):
+            return ""
         lost = self._kinematics.imu_joints & ~sample.joint_valid
         return f"no data from {self._robot.joints[int(lost.argmax())]}" if lost.any() else ""
 
@@ -122,82 +124,67 @@ class BaseEstimator:
         frames = self._kinematics.supports
         return f"none of {', '.join(frames)} bears load" if frames else "no support"
 
-    def _loads(
-        self, sample: BaseSample, imu: FrameMotion
-    ) -> tuple[dict[int, float], dict[int, np.ndarray]]:
-        """Share of the load and centre of pressure of each loaded support."""
+    def _supports(self, sample: BaseSample, imu: FrameMotion) -> dict[int, Support]:
+        """Loaded supports, by their place among the frames."""
         kinematics = self._kinematics
-        usable = np.flatnonzero(kinematics.usable(sample.joint_valid, sample.ft_valid))
+        usable = kinematics.usable(sample.joint_valid, sample.ft_valid)
         if self._fixed:
-            share = 1.0 / max(1, usable.size)
-            return {int(i): share for i in usable}, {int(i): np.zeros(3) for i in usable}
+            return {i: Support(kinematics.support(i), 1 / len(usable), ORIGIN) for i in usable}
         up = self._rotation[2] if self._attitude.started else imu.rotation @ measured_up(sample.acc)
-        limit = self._settings.loaded_share * self._robot.mass * GRAVITY
-        loads = {int(i): kinematics.load(int(i), sample.ft) for i in usable}
-        forces = {i: f for i, load in loads.items() if (f := float(up @ load.force)) > limit}
+        motions = {i: kinematics.support(i) for i in usable}
+        loads = {i: kinematics.load(i, motion, sample.ft) for i, motion in motions.items()}
+        forces = {i: f for i, load in loads.items() if (f := float(up @ load.force)) > self._limit}
         total = sum(forces.values())
-        weights = {i: force / total for i, force in forces.items()}
-        return weights, {i: loads[i].center for i in forces}
+        return {
+            i: Support(motions[i], force / total, loads[i].center) for i, force in forces.items()
+        }
 
-    def _start(
-        self, sample: BaseSample, imu: FrameMotion, supports: dict[int, FrameMotion]
-    ) -> None:
+    def _start(self, sample: BaseSample, imu: FrameMotion, supports: dict[int, Support]) -> None:
         """Lay the world's origin between the supports, or the pole's base into the world."""
         self._attitude.start(measured_up(sample.acc, sample.quat_wxyz))
         self._rotation = self._attitude.rotation @ imu.rotation.T
-        lift = 0.0
+        motions = {i: support.motion for i, support in supports.items()}
+        soles, lift = self._kinematics.soles, 0.0
         if self._fixed and (grounded := self._robot.supports.get("floor")):
             home = SupportKinematics(self._robot, grounded)
             home.update(self._robot.home, np.zeros(self._robot.n))
-            supports = {i: home.support(i) for i in range(len(grounded))}
+            motions = {i: home.support(i) for i in range(len(grounded))}
             soles, lift = home.soles, self._settings.pole_lift
-        else:
-            soles = self._kinematics.soles
-        headings = [heading_of(self._rotation @ s.rotation) for s in supports.values()]
+        headings = [heading(self._rotation, motion) for motion in motions.values()]
         # The mean of unit vectors, because angles wrap.
         turn = -float(np.arctan2(np.sin(headings).sum(), np.cos(headings).sum()))
         self._attitude.turn_heading(turn)
         self._rotation = self._attitude.rotation @ imu.rotation.T
-        self._odometry.start(_base_above(self._rotation, supports, soles, lift))
+        self._odometry.start(_base_above(self._rotation, motions, soles, lift))
 
     def _turn(
-        self,
-        sample: BaseSample,
-        imu: FrameMotion,
-        supports: dict[int, FrameMotion],
-        weights: dict[int, float],
-        dt: float,
+        self, sample: BaseSample, imu: FrameMotion, supports: dict[int, Support], dt: float
     ) -> None:
         """Advance the attitude; the supports tell heading and, standing still, turning."""
-        error = self._odometry.heading_error(self._rotation, supports, weights)
+        error = self._odometry.heading_error(self._rotation, supports)
         self._attitude.update(sample.gyro, sample.acc, sample.quat_wxyz, dt, error)
-        if weights:
-            turning = sum(weights[i] * support.angular for i, support in supports.items())
-            reference = imu.rotation.T @ (imu.angular - turning)
-            self._attitude.learn_bias(sample.gyro, reference, dt)
+        if supports:
+            turning = imu.angular
+            for motion, weight, _ in supports.values():
+                turning = turning - weight * motion.angular
+            self._attitude.learn_bias(sample.gyro, imu.rotation.T @ turning, dt)
         self._rotation = self._attitude.rotation @ imu.rotation.T
 
     def _move(
-        self,
-        sample: BaseSample,
-        imu: FrameMotion,
-        supports: dict[int, FrameMotion],
-        weights: dict[int, float],
-        centers: dict[int, np.ndarray],
-        dt: float,
+        self, sample: BaseSample, imu: FrameMotion, supports: dict[int, Support], dt: float
     ) -> None:
         """Advance velocity and position; without a load the last velocity is kept."""
         if self._fixed:
             self._twist = np.zeros(6)
         else:
             self._twist[3:] = imu.rotation @ (sample.gyro - self._attitude.bias) - imu.angular
-        if weights and not self._fixed:
-            self._twist[:3] = base_velocity(self._twist[3:], supports, weights, centers)
-        self._odometry.update(self._rotation, self._twist[:3], supports, weights, dt)
+        if supports and not self._fixed:
+            self._twist[:3] = base_velocity(self._twist[3:], supports.values())
+        self._odometry.update(self._rotation, self._twist[:3], supports, dt)
 
     def _estimate(self, reason: str) -> BaseEstimate:
         return BaseEstimate(
-            position=self._odometry.position.copy(),
+            position=self._odometry.position,
             rotation=self._rotation,
             twist=self._twist.copy(),
             covariance=self._covariance(),
@@ -206,26 +193,33 @@ class BaseEstimator:
 
     def _covariance(self) -> np.ndarray:
         """Stated variances; the tilt's begins larger and settles with the filter."""
-        s = self._settings
-        settling = np.exp(-s.gains.tilt * max(self._attitude.age, 0.0))
-        tilt = s.tilt_std * (1.0 + 2.0 * settling)
-        stds = [*3 * [s.position_std], tilt, tilt, s.heading_std]
-        return np.diag(np.square([*stds, *3 * [s.linear_std], *3 * [s.angular_std]]))
+        settling = math.exp(-self._settings.gains.tilt * max(self._attitude.age, 0.0))
+        covariance = self._spread.copy()
+        covariance[3, 3] = covariance[4, 4] = (
+            self._settings.tilt_std * (1.0 + 2.0 * settling)
+        ) ** 2
+        return covariance
+
+
+def _spread(s: BaseSettings) -> np.ndarray:
+    """Variances (12, 12) with a settled tilt."""
+    pose = [*3 * [s.position_std], s.tilt_std, s.tilt_std, s.heading_std]
+    return np.diag(np.square([*pose, *3 * [s.linear_std], *3 * [s.angular_std]]))
 
 
 def _base_above(
     rotation: np.ndarray,
-    supports: dict[int, FrameMotion],
+    motions: dict[int, FrameMotion],
     soles: list[np.ndarray | None],
     lift: float,
 ) -> np.ndarray:
     """Position (3,) of a base whose supports stand around the origin, ``lift`` above it."""
-    origins = np.array([rotation @ support.position for support in supports.values()])
+    origins = np.array([rotation @ motion.position for motion in motions.values()])
     lowest = min(
-        float(origin[2] + ((corners @ support.rotation.T) @ rotation.T)[:, 2].mean())
+        float(origin[2] + ((corners @ motion.rotation.T) @ rotation.T)[:, 2].mean())
         if (corners := soles[i]) is not None
         else float(origin[2])
-        for (i, support), origin in zip(supports.items(), origins, strict=True)
+        for (i, motion), origin in zip(motions.items(), origins, strict=True)
     )
     middle = origins.mean(axis=0)
     return np.array([-middle[0], -middle[1], lift - lowest])

@@ -1,9 +1,12 @@
 """Position, heading and linear velocity of the base from supports that do not slip."""
 
+import math
+from collections.abc import Iterable
+
 import numpy as np
 
-from estimation.rotations import cross, heading_of, wrap
-from estimation.support_kinematics import FrameMotion
+from estimation.rotations import cross, wrap
+from estimation.support_kinematics import FrameMotion, Support
 
 
 class LegOdometry:
@@ -30,12 +33,10 @@ class LegOdometry:
         self.reset()
         self.position = position
 
-    def heading_error(
-        self, rotation: np.ndarray, supports: dict[int, FrameMotion], weights: dict[int, float]
-    ) -> float:
+    def heading_error(self, rotation: np.ndarray, supports: dict[int, Support]) -> float:
         """Return the footholds' heading minus the estimated one [rad], weighted by load."""
         return sum(
-            weights[i] * wrap(self._headings[i] - heading_of(rotation @ support.rotation))
+            support.weight * wrap(self._headings[i] - heading(rotation, support.motion))
             for i, support in supports.items()
             if i in self._headings
         )
@@ -44,8 +45,7 @@ class LegOdometry:
         self,
         rotation: np.ndarray,
         velocity: np.ndarray,
-        supports: dict[int, FrameMotion],
-        weights: dict[int, float],
+        supports: dict[int, Support],
         dt: float,
     ) -> None:
         """Integrate the base's position and pull it towards what the footholds say.
@@ -53,33 +53,35 @@ class LegOdometry:
         Args:
             rotation: R_world_base (3, 3).
             velocity: Of the base, (3,) m/s in base axes.
-            supports, weights: Loaded supports and their share of the load.
+            supports: Those that bear load.
             dt: Time since the last sample [s].
         """
         self.position = self.position + dt * (rotation @ velocity)
-        self._drop_unloaded(supports)
-        known = [i for i in supports if i in self._points]
-        share = sum(weights[i] for i in known)
-        for i in known:
-            base = self._points[i] - rotation @ supports[i].position
-            pull = min(1.0, self._gain * dt) * weights[i] / share
+        known = {i: support for i, support in supports.items() if i in self._points}
+        share = sum(support.weight for support in known.values())
+        for i, support in known.items():
+            base = self._points[i] - rotation @ support.motion.position
+            pull = min(1.0, self._gain * dt) * support.weight / share
             self.position = self.position + pull * (base - self.position)
-        for i in supports:
-            if i not in self._points:
-                self._points[i] = self.position + rotation @ supports[i].position
-                self._headings[i] = heading_of(rotation @ supports[i].rotation)
+        if not len(known) == len(supports) == len(self._points):
+            self._change_footholds(rotation, supports)
 
-    def _drop_unloaded(self, supports: dict[int, FrameMotion]) -> None:
-        for i in set(self._points) - set(supports):
+    def _change_footholds(self, rotation: np.ndarray, supports: dict[int, Support]) -> None:
+        for i in self._points.keys() - supports.keys():
             del self._points[i], self._headings[i]
+        for i in supports.keys() - self._points.keys():
+            motion = supports[i].motion
+            self._points[i] = self.position + rotation @ motion.position
+            self._headings[i] = heading(rotation, motion)
 
 
-def base_velocity(
-    angular: np.ndarray,
-    supports: dict[int, FrameMotion],
-    weights: dict[int, float],
-    centers: dict[int, np.ndarray],
-) -> np.ndarray:
+def heading(rotation: np.ndarray, motion: FrameMotion) -> float:
+    """Return the heading [rad] of a frame's x axis on a base with R_world_base (3, 3)."""
+    x, y, _ = (rotation @ motion.rotation[:, 0]).tolist()
+    return math.atan2(y, x)
+
+
+def base_velocity(angular: np.ndarray, supports: Iterable[Support]) -> np.ndarray:
     """Return the base's linear velocity (3,) m/s in base axes.
 
     Each support turns about its centre of pressure, which stands still (heels and edges
@@ -87,13 +89,9 @@ def base_velocity(
 
     Args:
         angular: Angular velocity of the base, (3,) rad/s in base axes.
-        supports: Motion of the loaded supports relative to the base.
-        weights: Their share of the load; the shares add up to 1.
-        centers: Centres of pressure (3,) m in the support frames.
+        supports: Those that bear load.
     """
     velocity = np.zeros(3)
-    for i, support in supports.items():
-        arm = support.rotation @ centers[i]
-        relative = support.linear + cross(support.angular, arm)
-        velocity -= weights[i] * (relative + cross(angular, support.position + arm))
+    for motion, weight, center in supports:
+        velocity -= weight * (motion.linear + cross(motion.angular + angular, center))
     return velocity

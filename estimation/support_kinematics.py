@@ -5,25 +5,34 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from estimation.support_wrenches import SoleBox, sole_box
 from robot_model import Robot
 
-LOCAL = pin.ReferenceFrame.LOCAL
+BASE = pin.ReferenceFrame.WORLD  # the base stays in the model's origin
 
 
 class FrameMotion(NamedTuple):
-    """Pose and twist of a frame relative to the base link."""
+    """Pose and twist of a frame relative to the base link, in the base's frame."""
 
     rotation: np.ndarray  # (3, 3) R_base_frame
-    position: np.ndarray  # (3,) m, in base axes
-    linear: np.ndarray  # (3,) m/s, of the origin, in base axes
-    angular: np.ndarray  # (3,) rad/s, in base axes
+    position: np.ndarray  # (3,) m
+    linear: np.ndarray  # (3,) m/s, of the point that passes through the base's origin
+    angular: np.ndarray  # (3,) rad/s
+
+
+class Support(NamedTuple):
+    """A loaded support."""
+
+    motion: FrameMotion
+    weight: float  # its share of the load; the shares add up to 1
+    center: np.ndarray  # (3,) m, centre of pressure in the base's frame
 
 
 class Load(NamedTuple):
     """What a support bears."""
 
     force: np.ndarray  # (3,) N, of the world on the robot, in base axes
-    center: np.ndarray  # (3,) m, centre of pressure in the support frame
+    center: np.ndarray  # (3,) m, centre of pressure in the base's frame
 
 
 class SupportKinematics:
@@ -45,6 +54,8 @@ class SupportKinematics:
         self._sensor = [robot.subtrees[robot.subtree_of(name)].ft_in for name in supports]
         self._ft_frames = [self._tree.frame_id(name) for name in robot.ft_frames]
         self.soles = [robot.soles.get(name) for name in supports]  # corners, where known
+        self._boxes = [sole_box(corners, margin=0.0) for corners in self.soles]
+        self._rigid = [self._rigidly_borne(i) for i in range(len(supports))]
         self.imu_joints = self._path(self._imu)
         self._joints = [self._path(frame) for frame in self._frames]
 
@@ -57,15 +68,14 @@ class SupportKinematics:
             joint = model.parents[joint]
         return path
 
-    def usable(self, joint_valid: np.ndarray, ft_valid: np.ndarray) -> np.ndarray:
-        """Return (supports,): whether pose and load of a support can be computed."""
-        return np.array(
-            [
-                joint_valid[path].all() and (sensor < 0 or ft_valid[sensor])
-                for path, sensor in zip(self._joints, self._sensor, strict=True)
-            ],
-            dtype=bool,
-        )
+    def usable(self, joint_valid: np.ndarray, ft_valid: np.ndarray) -> list[int]:
+        """Return the supports whose pose and load can be computed."""
+        complete = all(joint_valid.tolist())
+        return [
+            i
+            for i, sensor in enumerate(self._sensor)
+            if (complete or joint_valid[self._joints[i]].all()) and (sensor < 0 or ft_valid[sensor])
+        ]
 
     def update(self, q: np.ndarray, dq: np.ndarray) -> None:
         """Take the joints' positions and velocities, (n,) rad and rad/s."""
@@ -84,40 +94,53 @@ class SupportKinematics:
     def _motion(self, frame: int) -> FrameMotion:
         model, data = self._tree.model, self._data
         placement = pin.updateFramePlacement(model, data, frame)
-        twist = pin.getFrameVelocity(model, data, frame, LOCAL)
-        rotation = placement.rotation.copy()
-        linear, angular = rotation @ twist.linear, rotation @ twist.angular
-        return FrameMotion(rotation, placement.translation.copy(), linear, angular)
+        twist = pin.getFrameVelocity(model, data, frame, BASE)
+        return FrameMotion(placement.rotation, placement.translation, twist.linear, twist.angular)
 
     @property
     def without_sensor(self) -> bool:
         """Whether there are supports and their loads cannot be told from other contacts."""
         return bool(self._sensor) and min(self._sensor) < 0
 
-    def load(self, index: int, ft: np.ndarray) -> Load:
-        """Return what a support bears, from the readings (k, 6)."""
-        sensor = self._sensor[index]
+    def load(self, index: int, motion: FrameMotion, ft: np.ndarray) -> Load:
+        """Return what a support with this motion bears, from the readings (k, 6)."""
+        wrench = self._borne(index) @ ft[self._sensor[index]]
+        center = center_of_pressure(wrench, self._boxes[index])
+        rotation, position, _, _ = motion
+        return Load(rotation @ wrench[:3], position + rotation @ center)
+
+    def _borne(self, index: int) -> np.ndarray:
+        """Return (6, 6) from a reading to the wrench of the world on the support."""
+        if (rigid := self._rigid[index]) is not None:
+            return rigid
         model, data = self._tree.model, self._data
-        base_m_sensor = pin.updateFramePlacement(model, data, self._ft_frames[sensor])
+        base_m_sensor = pin.updateFramePlacement(model, data, self._ft_frames[self._sensor[index]])
         base_m_support = pin.updateFramePlacement(model, data, self._frames[index])
-        on_robot = base_m_sensor.act(pin.Force(-ft[sensor]))
-        wrench = base_m_support.actInv(on_robot)
-        center = center_of_pressure(wrench.vector, self.soles[index])
-        return Load(on_robot.linear.copy(), center)
+        return -base_m_support.actInv(base_m_sensor).toDualActionMatrix()
+
+    def _rigidly_borne(self, index: int) -> np.ndarray | None:
+        """Return the same where no joint lies between sensor and support; it is constant."""
+        if (sensor := self._sensor[index]) < 0:
+            return None
+        support = self._tree.model.frames[self._frames[index]]
+        bearer = self._tree.model.frames[self._ft_frames[sensor]]
+        if support.parentJoint != bearer.parentJoint:
+            return None
+        return -support.placement.actInv(bearer.placement).toDualActionMatrix()
 
 
-def center_of_pressure(wrench: np.ndarray, corners: np.ndarray | None) -> np.ndarray:
+def center_of_pressure(wrench: np.ndarray, box: SoleBox | None) -> np.ndarray:
     """Return the centre of pressure (3,) m in the plane z = 0 of a support frame.
 
     Args:
         wrench: Of the world on the support, (6,) in the support frame, z upwards.
-        corners: Sole corners (c, 3) m, within whose box the result is held.
+        box: Sole within which the result is held.
     """
     _, _, fz, mx, my, _ = wrench.tolist()
     if abs(fz) < 1.0:
         return np.zeros(3)
-    center = np.array([-my / fz, mx / fz, 0.0])
-    if corners is not None:
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        center[:2] = np.minimum(np.maximum(center[:2], low[:2]), high[:2])
-    return center
+    x, y = -my / fz, mx / fz
+    if box is not None:
+        (left, low), (right, high) = box
+        x, y = min(max(x, left), right), min(max(y, low), high)
+    return np.array([x, y, 0.0])

@@ -1,13 +1,13 @@
 """The base estimator against the plant's truth."""
 
-from dataclasses import replace
-
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from estimation.attitude import AttitudeGains
 from estimation.base_estimator import BaseEstimate, BaseEstimator, BaseSample, BaseSettings
 from estimation.rotations import rotation_of
+from estimation.support_kinematics import SupportKinematics
 from robot_model import load_robot
 from robot_sim import Plant
 
@@ -98,7 +98,7 @@ def test_the_gyros_bias_is_learnt_from_the_supports(robot):
         for _ in range(4):
             plant.step()
         now = sample(plant)
-        estimate = estimator.step(replace(now, gyro=now.gyro + bias), 0.004)
+        estimate = estimator.step(now._replace(gyro=now.gyro + bias), 0.004)
     assert np.abs(estimate.twist[3:] - plant.truth().base_twist[3:]).max() < 3e-3
 
 
@@ -114,7 +114,7 @@ def test_without_a_loaded_foot_the_estimate_is_invalid(robot):
     plant, estimator = Plant(robot), BaseEstimator(robot, "floor", SETTINGS)
     follow(estimator, plant, 0.1)
     now = sample(plant)
-    lifted = estimator.step(replace(now, ft=np.zeros_like(now.ft)), 0.004)
+    lifted = estimator.step(now._replace(ft=np.zeros_like(now.ft)), 0.004)
     assert "none of l_sole, r_sole bears load" in lifted.reason
     assert estimator.step(now, 0.004).reason == ""
 
@@ -125,7 +125,7 @@ def test_one_lost_foot_is_borne_by_the_other(robot):
     now = sample(plant)
     lost = now.ft_valid.copy()
     lost[robot.ft_sensors.index("l_foot_ft")] = False
-    estimate = estimator.step(replace(now, ft_valid=lost), 0.004)
+    estimate = estimator.step(now._replace(ft_valid=lost), 0.004)
     assert estimate.reason == ""
     assert np.abs(errors(estimate, plant.truth())[:3]).max() < 4e-3
 
@@ -140,7 +140,29 @@ def test_lost_channels_between_base_and_head_invalidate_the_estimate(robot, join
     valid = now.joint_valid.copy()
     if joint:
         valid[robot.joints.index(joint)] = False
-    assert text in estimator.step(replace(now, joint_valid=valid, imu_valid=imu), 0.004).reason
+    assert text in estimator.step(now._replace(joint_valid=valid, imu_valid=imu), 0.004).reason
+
+
+@pytest.mark.parametrize("frame", ["l_sole", "l_lower_leg"])
+def test_a_support_bears_what_its_sensor_reads_also_beyond_a_joint(robot, frame):
+    generator = np.random.default_rng(4)
+    q, reading = generator.normal(0.0, 0.4, robot.n), generator.normal(0.0, 30.0, 6)
+    kinematics = SupportKinematics(robot, (frame,))
+    kinematics.update(q, np.zeros(robot.n))
+    sensor = robot.subtrees[robot.subtree_of(frame)].ft_in
+    ft = np.zeros((len(robot.ft_sensors), 6))
+    ft[sensor] = reading
+    load = kinematics.load(0, kinematics.support(0), ft)
+    tree = robot.tree
+    data = tree.model.createData()
+    pin.framesForwardKinematics(tree.model, data, tree.configuration(q))
+    base_m_sensor = data.oMf[tree.frame_id(robot.ft_frames[sensor])]
+    base_m_support = data.oMf[tree.frame_id(frame)]
+    np.testing.assert_allclose(load.force, -base_m_sensor.rotation @ reading[:3], atol=1e-9)
+    if frame not in robot.soles:  # whose centre is held inside the sole
+        wrench = base_m_sensor.act(pin.Force(-reading))
+        about = wrench.angular - np.cross(load.center, wrench.linear)
+        np.testing.assert_allclose((base_m_support.rotation.T @ about)[:2], 0.0, atol=1e-9)
 
 
 def test_without_supports_there_is_no_base_estimate(robot):
