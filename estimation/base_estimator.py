@@ -15,11 +15,12 @@ import numpy as np
 
 from estimation.attitude import AttitudeFilter, AttitudeGains, measured_up
 from estimation.leg_odometry import LegOdometry, base_velocity, heading
+from estimation.rotations import Quaternion, Rows, Vector, add, dot, rotate, rotate_back
 from estimation.support_kinematics import FrameMotion, Support, SupportKinematics
 from robot_model import Robot
 
 GRAVITY = 9.81  # m/s^2
-ORIGIN = np.zeros(3)  # m
+ZERO = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,10 @@ class BaseSample(NamedTuple):
     joint_valid: np.ndarray  # (n,)
     ft_valid: np.ndarray  # (k,)
     imu_valid: bool
+
+    @property
+    def orientation(self) -> Quaternion | None:
+        return None if self.quat_wxyz is None else tuple(self.quat_wxyz.tolist())
 
 
 class BaseEstimate(NamedTuple):
@@ -95,7 +100,8 @@ class BaseEstimator:
         """Forget the past; the next complete sample starts a new world."""
         self._attitude.reset()
         self._odometry.reset()
-        self._rotation, self._twist = np.eye(3), np.zeros(6)
+        self._rotation: Rows = self._attitude.rotation  # R_world_base
+        self._linear = self._angular = ZERO  # of the base, in its axes
 
     def step(self, sample: BaseSample, dt: float) -> BaseEstimate:
         """Advance by one sample, ``dt`` [s] after the last one."""
@@ -129,11 +135,13 @@ class BaseEstimator:
         kinematics = self._kinematics
         usable = kinematics.usable(sample.joint_valid, sample.ft_valid)
         if self._fixed:
-            return {i: Support(kinematics.support(i), 1 / len(usable), ORIGIN) for i in usable}
-        up = self._rotation[2] if self._attitude.started else imu.rotation @ measured_up(sample.acc)
+            return {i: Support(kinematics.support(i), 1 / len(usable), ZERO) for i in usable}
+        up = self._rotation[2]
+        if not self._attitude.started:
+            up = rotate(imu.rotation, measured_up(sample.acc.tolist()))
         motions = {i: kinematics.support(i) for i in usable}
         loads = {i: kinematics.load(i, motion, sample.ft) for i, motion in motions.items()}
-        forces = {i: f for i, load in loads.items() if (f := float(up @ load.force)) > self._limit}
+        forces = {i: f for i, load in loads.items() if (f := dot(up, load.force)) > self._limit}
         total = sum(forces.values())
         return {
             i: Support(motions[i], force / total, loads[i].center) for i, force in forces.items()
@@ -141,8 +149,8 @@ class BaseEstimator:
 
     def _start(self, sample: BaseSample, imu: FrameMotion, supports: dict[int, Support]) -> None:
         """Lay the world's origin between the supports, or the pole's base into the world."""
-        self._attitude.start(measured_up(sample.acc, sample.quat_wxyz))
-        self._rotation = self._attitude.rotation @ imu.rotation.T
+        self._attitude.start(measured_up(sample.acc.tolist(), sample.orientation))
+        self._rotation = self._base_rotation(imu)
         motions = {i: support.motion for i, support in supports.items()}
         soles, lift = self._kinematics.soles, 0.0
         if self._fixed and (grounded := self._robot.supports.get("floor")):
@@ -154,39 +162,42 @@ class BaseEstimator:
         # The mean of unit vectors, because angles wrap.
         turn = -float(np.arctan2(np.sin(headings).sum(), np.cos(headings).sum()))
         self._attitude.turn_heading(turn)
-        self._rotation = self._attitude.rotation @ imu.rotation.T
+        self._rotation = self._base_rotation(imu)
         self._odometry.start(_base_above(self._rotation, motions, soles, lift))
+
+    def _base_rotation(self, imu: FrameMotion) -> Rows:
+        return [rotate(imu.rotation, row) for row in self._attitude.rotation]
 
     def _turn(
         self, sample: BaseSample, imu: FrameMotion, supports: dict[int, Support], dt: float
     ) -> None:
         """Advance the attitude; the supports tell heading and, standing still, turning."""
+        gyro, acc = sample.gyro.tolist(), sample.acc.tolist()
         error = self._odometry.heading_error(self._rotation, supports)
-        self._attitude.update(sample.gyro, sample.acc, sample.quat_wxyz, dt, error)
+        self._attitude.update(gyro, acc, sample.orientation, dt, error)
         if supports:
             turning = imu.angular
             for motion, weight, _ in supports.values():
-                turning = turning - weight * motion.angular
-            self._attitude.learn_bias(sample.gyro, imu.rotation.T @ turning, dt)
-        self._rotation = self._attitude.rotation @ imu.rotation.T
+                turning = add(turning, motion.angular, -weight)
+            self._attitude.learn_bias(gyro, rotate_back(imu.rotation, turning), dt)
+        self._rotation = self._base_rotation(imu)
 
     def _move(
         self, sample: BaseSample, imu: FrameMotion, supports: dict[int, Support], dt: float
     ) -> None:
         """Advance velocity and position; without a load the last velocity is kept."""
-        if self._fixed:
-            self._twist = np.zeros(6)
-        else:
-            self._twist[3:] = imu.rotation @ (sample.gyro - self._attitude.bias) - imu.angular
+        if not self._fixed:
+            turning = rotate(imu.rotation, add(sample.gyro.tolist(), self._attitude.bias, -1.0))
+            self._angular = add(turning, imu.angular, -1.0)
         if supports and not self._fixed:
-            self._twist[:3] = base_velocity(self._twist[3:], supports.values())
-        self._odometry.update(self._rotation, self._twist[:3], supports, dt)
+            self._linear = base_velocity(self._angular, supports.values())
+        self._odometry.update(self._rotation, self._linear, supports, dt)
 
     def _estimate(self, reason: str) -> BaseEstimate:
         return BaseEstimate(
-            position=self._odometry.position,
-            rotation=self._rotation,
-            twist=self._twist.copy(),
+            position=np.array(self._odometry.position),
+            rotation=np.array(self._rotation),
+            twist=np.array([*self._linear, *self._angular]),
             covariance=self._covariance(),
             reason=reason,
         )
@@ -208,18 +219,13 @@ def _spread(s: BaseSettings) -> np.ndarray:
 
 
 def _base_above(
-    rotation: np.ndarray,
-    motions: dict[int, FrameMotion],
-    soles: list[np.ndarray | None],
-    lift: float,
-) -> np.ndarray:
-    """Position (3,) of a base whose supports stand around the origin, ``lift`` above it."""
-    origins = np.array([rotation @ motion.position for motion in motions.values()])
+    rotation: Rows, motions: dict[int, FrameMotion], soles: list[np.ndarray | None], lift: float
+) -> Vector:
+    """Position of a base whose supports stand around the origin, ``lift`` above it."""
+    middles = {i: np.zeros(3) if c is None else c.mean(axis=0) for i, c in enumerate(soles)}
     lowest = min(
-        float(origin[2] + ((corners @ motion.rotation.T) @ rotation.T)[:, 2].mean())
-        if (corners := soles[i]) is not None
-        else float(origin[2])
-        for (i, motion), origin in zip(motions.items(), origins, strict=True)
+        dot(rotation[2], add(motion.position, rotate(motion.rotation, middles[i].tolist())))
+        for i, motion in motions.items()
     )
-    middle = origins.mean(axis=0)
-    return np.array([-middle[0], -middle[1], lift - lowest])
+    x, y, _ = np.mean([rotate(rotation, m.position) for m in motions.values()], axis=0).tolist()
+    return (-x, -y, lift - lowest)

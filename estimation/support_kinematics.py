@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from estimation.rotations import Rows, Vector, add, cross, rotate
 from estimation.support_wrenches import SoleBox, sole_box
 from robot_model import Robot
 
@@ -14,10 +15,10 @@ BASE = pin.ReferenceFrame.WORLD  # the base stays in the model's origin
 class FrameMotion(NamedTuple):
     """Pose and twist of a frame relative to the base link, in the base's frame."""
 
-    rotation: np.ndarray  # (3, 3) R_base_frame
-    position: np.ndarray  # (3,) m
-    linear: np.ndarray  # (3,) m/s, of the point that passes through the base's origin
-    angular: np.ndarray  # (3,) rad/s
+    rotation: Rows  # R_base_frame
+    position: Vector  # m
+    linear: Vector  # m/s, of the point that passes through the base's origin
+    angular: Vector  # rad/s
 
 
 class Support(NamedTuple):
@@ -25,14 +26,14 @@ class Support(NamedTuple):
 
     motion: FrameMotion
     weight: float  # its share of the load; the shares add up to 1
-    center: np.ndarray  # (3,) m, centre of pressure in the base's frame
+    center: Vector  # m, centre of pressure in the base's frame
 
 
 class Load(NamedTuple):
     """What a support bears."""
 
-    force: np.ndarray  # (3,) N, of the world on the robot, in base axes
-    center: np.ndarray  # (3,) m, centre of pressure in the base's frame
+    force: Vector  # N, of the world on the robot, in base axes
+    center: Vector  # m, centre of pressure in the base's frame
 
 
 class SupportKinematics:
@@ -55,7 +56,7 @@ class SupportKinematics:
         self._ft_frames = [self._tree.frame_id(name) for name in robot.ft_frames]
         self.soles = [robot.soles.get(name) for name in supports]  # corners, where known
         self._boxes = [sole_box(corners, margin=0.0) for corners in self.soles]
-        self._rigid = [self._rigidly_borne(i) for i in range(len(supports))]
+        self._rigid = [self._rigid_pose(i) for i in range(len(supports))]
         self.imu_joints = self._path(self._imu)
         self._joints = [self._path(frame) for frame in self._frames]
 
@@ -95,7 +96,7 @@ class SupportKinematics:
         model, data = self._tree.model, self._data
         placement = pin.updateFramePlacement(model, data, frame)
         twist = pin.getFrameVelocity(model, data, frame, BASE)
-        return FrameMotion(placement.rotation, placement.translation, twist.linear, twist.angular)
+        return FrameMotion(*_pose(placement), twist.linear.tolist(), twist.angular.tolist())
 
     @property
     def without_sensor(self) -> bool:
@@ -104,43 +105,48 @@ class SupportKinematics:
 
     def load(self, index: int, motion: FrameMotion, ft: np.ndarray) -> Load:
         """Return what a support with this motion bears, from the readings (k, 6)."""
-        wrench = self._borne(index) @ ft[self._sensor[index]]
-        center = center_of_pressure(wrench, self._boxes[index])
-        rotation, position, _, _ = motion
-        return Load(rotation @ wrench[:3], position + rotation @ center)
+        rotation, arm = self._rigid[index] or self._support_m_sensor(index)
+        reading = ft[self._sensor[index]].tolist()
+        force = rotate(rotation, [-f for f in reading[:3]])
+        moment = add(cross(arm, force), rotate(rotation, reading[3:]), -1.0)
+        center = center_of_pressure(force, moment, self._boxes[index])
+        return Load(
+            rotate(motion.rotation, force), add(motion.position, rotate(motion.rotation, center))
+        )
 
-    def _borne(self, index: int) -> np.ndarray:
-        """Return (6, 6) from a reading to the wrench of the world on the support."""
-        if (rigid := self._rigid[index]) is not None:
-            return rigid
+    def _support_m_sensor(self, index: int) -> tuple[Rows, Vector]:
         model, data = self._tree.model, self._data
         base_m_sensor = pin.updateFramePlacement(model, data, self._ft_frames[self._sensor[index]])
         base_m_support = pin.updateFramePlacement(model, data, self._frames[index])
-        return -base_m_support.actInv(base_m_sensor).toDualActionMatrix()
+        return _pose(base_m_support.actInv(base_m_sensor))
 
-    def _rigidly_borne(self, index: int) -> np.ndarray | None:
-        """Return the same where no joint lies between sensor and support; it is constant."""
+    def _rigid_pose(self, index: int) -> tuple[Rows, Vector] | None:
+        """Return support_M_sensor where no joint lies between the two; it is constant."""
         if (sensor := self._sensor[index]) < 0:
             return None
         support = self._tree.model.frames[self._frames[index]]
         bearer = self._tree.model.frames[self._ft_frames[sensor]]
         if support.parentJoint != bearer.parentJoint:
             return None
-        return -support.placement.actInv(bearer.placement).toDualActionMatrix()
+        return _pose(support.placement.actInv(bearer.placement))
 
 
-def center_of_pressure(wrench: np.ndarray, box: SoleBox | None) -> np.ndarray:
-    """Return the centre of pressure (3,) m in the plane z = 0 of a support frame.
+def _pose(placement: pin.SE3) -> tuple[Rows, Vector]:
+    return placement.rotation.tolist(), placement.translation.tolist()
+
+
+def center_of_pressure(force: Vector, moment: Vector, box: SoleBox | None) -> Vector:
+    """Return the centre of pressure [m] in the plane z = 0 of a support frame.
 
     Args:
-        wrench: Of the world on the support, (6,) in the support frame, z upwards.
+        force, moment: Of the world on the support, in the support frame, z upwards.
         box: Sole within which the result is held.
     """
-    _, _, fz, mx, my, _ = wrench.tolist()
+    fz, (mx, my, _) = force[2], moment
     if abs(fz) < 1.0:
-        return np.zeros(3)
+        return (0.0, 0.0, 0.0)
     x, y = -my / fz, mx / fz
     if box is not None:
         (left, low), (right, high) = box
         x, y = min(max(x, left), right), min(max(y, low), high)
-    return np.array([x, y, 0.0])
+    return (x, y, 0.0)
