@@ -15,7 +15,7 @@ from bus.errors import WireError
 from bus.freshness import Freshness
 from bus.names import key_of, thinned_key
 from bus.output import MAX_MESSAGE
-from bus.receivers import RING, Poll, Pump
+from bus.receivers import Delivery, Poll
 from bus.sample_queue import SampleQueue
 from bus.schema import fields_of, type_name
 from bus.sequence import Sequences
@@ -72,13 +72,9 @@ class Input:
         self._meter = Meter()
         key = thinned_key if thinned else key_of
         origins = [(key(source), source) for source in self.sources] + [(key_of(name), None)]
-        arguments = self._samples, max_message, depth if polled else RING
-        kind = Poll if polled else Pump
-        self._receivers = [kind(session, directory, *origin, *arguments) for origin in origins]
-        self._polls = [receiver for receiver in self._receivers if isinstance(receiver, Poll)]
-        for receiver in self._receivers:
-            if isinstance(receiver, Pump):
-                receiver.start(waiter.wake)
+        arguments = [(session, directory, *each, self._samples, max_message) for each in origins]
+        self._polls = [Poll(*each, ring=depth) for each in arguments] if polled else []
+        self._receivers = self._polls or [Delivery(*each, wake=waiter.wake) for each in arguments]
 
     def read(self) -> Received | None:
         """Return the next message, or None when there is none; bad ones are skipped."""

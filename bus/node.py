@@ -302,7 +302,7 @@ class Node:
 
 
 def _close_before_joining_threads(node: Node) -> None:
-    """Close a forgotten node at exit: atexit is too late, it runs after the pumps are joined."""
+    """Close a forgotten node at exit: atexit is too late, it runs after threads are joined."""
     register = getattr(threading, "_register_atexit", None)
     reference = weakref.ref(node)
 

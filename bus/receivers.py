@@ -1,16 +1,15 @@
-"""How an input's messages come to it: pumped by a thread, or polled by the main thread."""
+"""How an input's messages come to it: delivered by Zenoh's thread, or polled by the main one."""
 
-import threading
 import time
 from collections.abc import Callable
+from typing import Any
 
 import zenoh
-from zenoh.handlers import RingChannel
+from zenoh.handlers import Callback, RingChannel
 
 from bus.directory import Directory
 from bus.sample_queue import SampleQueue
-
-RING = 64  # messages kept by Zenoh until a pump runs
+from bus.threads import adopt
 
 
 class Receiver:
@@ -23,7 +22,7 @@ class Receiver:
         origin: The port when only its owner is heard, else None.
         samples: Where the samples go.
         limit: Of one message [bytes].
-        ring: Messages that Zenoh keeps until we take them.
+        handler: Zenoh's, which gets them first.
     """
 
     def __init__(
@@ -34,15 +33,15 @@ class Receiver:
         origin: str | None,
         samples: SampleQueue,
         limit: int,
-        ring: int,
+        handler: Any,
     ):
         self._key, self._origin, self._leader = key, origin, directory.leader
-        self._push, self._limit, self._ring = samples.push, limit, ring
-        self._session = session
+        self._push, self._limit = samples.push, limit
+        self._session, self._handler = session, handler
         self._subscriber = self._subscribe()
 
     def _subscribe(self) -> zenoh.Subscriber:
-        return self._session.declare_subscriber(self._key, RingChannel(self._ring))
+        return self._session.declare_subscriber(self._key, self._handler)
 
     def close(self) -> None:
         """Receive no more."""
@@ -58,6 +57,10 @@ class Poll(Receiver):
 
     _owner: bytes | None = None  # the last one; it may have left after writing
     _resting = False
+
+    def __init__(self, *arguments: Any, ring: int):
+        self._ring = ring  # messages that Zenoh keeps until we look
+        super().__init__(*arguments, handler=RingChannel(ring))
 
     def rest(self, resting: bool) -> None:
         """Receive nothing for a while; writers then have one reader less. Or go on."""
@@ -93,33 +96,23 @@ class Poll(Receiver):
             overrun = False
 
 
-class Pump(Receiver):
-    """Moves samples by a thread of its own, as they come, and wakes the main thread.
+class Delivery(Receiver):
+    """Takes samples in Zenoh's own thread, as they come, and wakes the main thread.
 
-    The pump ends when its subscriber is undeclared: `recv` has no timeout of its own.
+    Nothing is done there but to note the sample, so that the link is not held up.
     """
 
-    def start(self, wake: Callable[[], None]) -> None:
-        """Begin; ``wake`` is called for every sample."""
+    _owner: bytes | None = None
+
+    def __init__(self, *arguments: Any, wake: Callable[[], None]):
         self._wake = wake
-        self._thread = threading.Thread(target=self._run, name=f"pump {self._key}")
-        self._thread.start()
+        super().__init__(*arguments, handler=Callback(self._take, indirect=False))
 
-    def close(self) -> None:
-        super().close()
-        self._thread.join()
-
-    def _run(self) -> None:
-        receive, push, wake = self._subscriber.handler.recv, self._push, self._wake
-        clock, limit, leader, origin = time.monotonic_ns, self._limit, self._leader, self._origin
-        owner = None
-        try:
-            while True:
-                sample = receive()
-                size = len(sample.payload)
-                if origin is not None:
-                    owner = leader(origin) or owner  # the last one may have left after writing
-                push((sample if size <= limit else size, clock(), origin, owner, False))
-                wake()
-        except zenoh.ZError:
-            wake()
+    def _take(self, sample: zenoh.Sample) -> None:
+        adopt()
+        origin, size = self._origin, len(sample.payload)
+        if origin is not None:
+            self._owner = self._leader(origin) or self._owner  # it may have left after writing
+        part = sample if size <= self._limit else size
+        self._push((part, time.monotonic_ns(), origin, self._owner, False))
+        self._wake()

@@ -1,4 +1,4 @@
-"""The queue between an input's pumps and the main thread."""
+"""The queue between Zenoh's threads and the main one."""
 
 import threading
 from collections import deque

@@ -2,14 +2,14 @@
 
 import json
 import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import zenoh
 
 from bus.errors import BusError
+from bus.threads import patient
 
 LEASE = 2.0  # s until a stopped process's names vanish; a killed one's vanish at once
 MAX_MESSAGE = 4 << 20  # bytes on any link; each port has a smaller limit of its own
@@ -61,29 +61,10 @@ def open_session(
         config = zenoh.Config.from_file(str(zenoh_config)) if zenoh_config else zenoh.Config()
         for key, value in settings.items():
             config.insert_json5(key, json.dumps(value))
-        with _threads_that_do_not_preempt():
+        with patient():
             return zenoh.open(config)
     except (zenoh.ZError, ValueError, OSError) as error:
         raise BusError(f"cannot open the bus ({', '.join(endpoints)}): {error}") from error
-
-
-@contextmanager
-def _threads_that_do_not_preempt() -> Iterator[None]:
-    """Start threads that wait for the running one to pause, instead of cutting it in pieces.
-
-    Zenoh's threads wake thousands of times per second. A loop that is interrupted by each
-    finds its caches cold afterwards.
-    """
-    if not hasattr(os, "SCHED_BATCH"):
-        yield
-        return
-    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
-    if policy == os.SCHED_OTHER:
-        os.sched_setscheduler(0, os.SCHED_BATCH, parameters)
-    try:
-        yield
-    finally:
-        os.sched_setscheduler(0, policy, parameters)
 
 
 def check_local(endpoints: Iterable[str]) -> None:
