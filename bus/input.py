@@ -13,7 +13,7 @@ from bus.directory import Directory
 from bus.envelope import Received, new_source
 from bus.errors import WireError
 from bus.freshness import Freshness
-from bus.names import key_of, thinned_key
+from bus.names import StreamKind, key_of, stream_key
 from bus.output import MAX_MESSAGE
 from bus.receivers import Delivery, Poll
 from bus.sample_queue import SampleQueue
@@ -49,7 +49,7 @@ class Input:
         dimensions: Mapping[str, int] | None = None,
         max_message: int = MAX_MESSAGE,
         polled: bool = False,
-        thinned: bool = False,
+        stream: StreamKind = "whole",
     ):
         if depth < 1:
             raise ValueError(f"{name}: depth must be at least 1, got {depth}")
@@ -70,11 +70,16 @@ class Input:
         self._complained = 0.0
         self._explained = 0
         self._meter = Meter()
-        key = thinned_key if thinned else key_of
-        origins = [(key(source), source) for source in self.sources] + [(key_of(name), None)]
-        arguments = [(session, directory, *each, self._samples, max_message) for each in origins]
-        self._polls = [Poll(*each, ring=depth) for each in arguments] if polled else []
-        self._receivers = self._polls or [Delivery(*each, wake=waiter.wake) for each in arguments]
+        if stream == "bundled" and not polled:
+            raise ValueError(f"{name}: only a polled input can read a bundled stream")
+        keys = [(stream_key(source, stream), source) for source in self.sources]
+        arguments = [
+            (session, directory, *key, self._samples, max_message)
+            for key in (*keys, (key_of(name), None))
+        ]
+        bundled = stream == "bundled"
+        self._polls = [Poll(*a, ring=depth, bundled=bundled) for a in arguments if polled]
+        self._receivers = self._polls or [Delivery(*a, wake=waiter.wake) for a in arguments]
 
     def read(self) -> Received | None:
         """Return the next message, or None when there is none; bad ones are skipped."""
@@ -158,7 +163,7 @@ class Input:
 
     def _accept(
         self,
-        sample: Any,
+        payload: Any,
         arrival: int,
         origin: str | None,
         leader: bytes | None,
@@ -166,9 +171,9 @@ class Input:
     ) -> Received | None:
         statistics = self._statistics
         try:
-            if type(sample) is int:
-                raise WireError(f"{sample} bytes, limit {self._max_message}")
-            data, envelope = self._decoder.decode(sample.payload.to_bytes())
+            if type(payload) is int:
+                raise WireError(f"{payload} bytes, limit {self._max_message}")
+            data, envelope = self._decoder.decode(payload)
         except WireError as error:
             statistics.refused += 1
             self._complain(f"refused: {error}")

@@ -3,9 +3,12 @@
 import re
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import Literal
 from urllib.parse import quote, unquote
 
 from bus.errors import BusError
+
+StreamKind = Literal["whole", "thinned", "bundled"]
 
 _NAME = re.compile(r"(/[A-Za-z0-9_.:-]+)+")
 _EMPTY = "%"  # never produced by quoting, and Zenoh allows no empty chunk
@@ -29,9 +32,9 @@ def key_of(name: str) -> str:
     return check_name(name)[1:]
 
 
-def thinned_key(name: str) -> str:
-    """Return the Zenoh key of an output's thinned stream."""
-    return f"@wb/thinned/{key_of(name)}"
+def stream_key(name: str, stream: StreamKind) -> str:
+    """Return the Zenoh key of one of an output's streams."""
+    return key_of(name) if stream == "whole" else f"@wb/{stream}/{key_of(name)}"
 
 
 def to_chunk(text: str) -> str:

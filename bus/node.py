@@ -15,7 +15,7 @@ from bus.freshness import Freshness
 from bus.information import InformationServer
 from bus.input import Input
 from bus.lockstep import Participant
-from bus.names import check_name
+from bus.names import StreamKind, check_name
 from bus.output import MAX_MESSAGE, Output
 from bus.parameters import Parameters
 from bus.port_table import CLAIM_TIMEOUT, PortTable
@@ -143,7 +143,7 @@ class Node:
         max_message: int = MAX_MESSAGE,
         wakes: bool = True,
         polled: bool = False,
-        thinned: bool = False,
+        stream: StreamKind = "whole",
     ) -> Input:
         """Open an input.
 
@@ -157,20 +157,22 @@ class Node:
             polled: For loops with a pace of their own, slower than the stream: messages wait
                 in Zenoh until read, which costs no thread and no wake. They count as arrived
                 when they are read.
-            thinned: For readers that need no more than 250 Hz of a faster stream: of its
-                sources they receive the first message of each 4 ms of the session's clock.
+            stream: What to receive of the sources: ``whole``, each message as it is written;
+                ``thinned``, the first of each 4 ms of the session's clock, for readers that
+                need no more than 250 Hz; ``bundled``, all, but those of 4 ms at once, for
+                polled inputs that may not skip one.
         """
         waiter = self._waiter if wakes else Waiter()
         sources = [source] if isinstance(source, str) else list(source)
         for each in (check_name(name, "input"), *sources):
             check_name(each)
         self.ports.check_free(name)
-        if thinned and rate:
+        if stream == "thinned" and rate:
             rate = min(rate, THINNED_HZ)
         freshness = Freshness(sources or [name], rate or 0.0, self.clock, self._exists)
         port = Input(
             *(self.session, name, message_type, self.directory, waiter, freshness),
-            *(sources, depth, rate or 0.0, model, dimensions, max_message, polled, thinned),
+            *(sources, depth, rate or 0.0, model, dimensions, max_message, polled, stream),
         )
         self.ports.add(port)
         return port

@@ -11,10 +11,11 @@ from bus.counters import Meter, OutputStatistics
 from bus.encoder import Encoder
 from bus.envelope import WALL, Envelope, new_source
 from bus.errors import BusError, WireError
-from bus.names import key_of, thinned_key
+from bus.names import key_of, stream_key
 from bus.schema import fields_of, type_name
-from bus.stream import THINNED_HZ, Stream, ThinnedStream
+from bus.stream import THINNED_HZ, BundledStream, Stream, ThinnedStream
 
+Times = tuple[int, int, int, int]  # stamp, clock, acquired, sent
 MAX_MESSAGE = 65536  # bytes of one message, unless a port is opened with another limit
 
 
@@ -55,17 +56,19 @@ class Output:
         self._lock = threading.Lock()
         self._meter = Meter()
         self._stream = Stream(session, key_of(name), reliable)
-        self._thinned = ThinnedStream(session, thinned_key(name)) if self.owned else None
+        self._thinned = ThinnedStream(session, stream_key(name, "thinned")) if self.owned else None
+        self._bundled = BundledStream(session, stream_key(name, "bundled")) if self.owned else None
 
     @property
     def matched(self) -> bool:
         """Whether anybody reads every message."""
-        return self._stream.matched
+        bundled = self._bundled
+        return self._stream.matched or (bundled is not None and bundled.matched)
 
     def wanted(self, stamp: int, valid: bool = True) -> bool:
         """Whether anybody would read a message of this stamp [ns]."""
         thinned = self._thinned
-        return self._stream.matched or (thinned is not None and thinned.due(stamp, valid))
+        return self.matched or (thinned is not None and thinned.due(stamp, valid))
 
     def write(
         self,
@@ -98,21 +101,26 @@ class Output:
         acquired = sent if acquired is None else acquired
         times = stamp, clock or WALL, acquired, sent
         with self._lock:
-            size = self._put(self._stream, data, times, valid, reason)
-            if self._thinned is not None and self._thinned.due(times[0], valid):
-                self._put(self._thinned, data, times, valid, reason)
-                self._thinned.take(times[0])
+            message = self._encode(self._stream, data, times, valid, reason)
+            self._stream.put(message)
+            self._put_aside(message, data, times, valid, reason)
         self.statistics.written += 1
-        self.statistics.bytes += size
+        self.statistics.bytes += len(message)
 
-    def _put(
-        self, stream: Stream, data: Any, times: tuple[int, int, int, int], valid: bool, reason: str
-    ) -> int:
+    def _put_aside(self, message: bytes, data: Any, times: Times, valid: bool, reason: str) -> None:
+        """Serve those who do not read the whole stream, one message at a time."""
+        thinned, bundled, stamp = self._thinned, self._bundled, times[0]
+        if bundled is not None and bundled.matched:
+            bundled.add(message, stamp, valid)
+        if thinned is not None and thinned.due(stamp, valid):
+            thinned.put(self._encode(thinned, data, times, valid, reason))
+            thinned.take(stamp)
+
+    def _encode(self, stream: Stream, data: Any, times: Times, valid: bool, reason: str) -> bytes:
         message = self._encoder.encode(data, stream.seq + 1, *times, valid, reason)
         if len(message) > self._max_message:
             raise WireError(f"{self.name}: {len(message)} bytes, limit {self._max_message}")
-        stream.put(message)
-        return len(message)
+        return message
 
     def info(self) -> dict[str, Any]:
         """Return what `bus.introspection.port_info` shows."""
@@ -140,13 +148,13 @@ class Output:
     def close(self) -> None:
         """Write no more."""
         self.fall()
-        self._stream.close()
-        if self._thinned is not None:
-            self._thinned.close()
+        for stream in (self._stream, self._thinned, self._bundled):
+            if stream is not None:
+                stream.close()
 
     def _wanted_hz(self) -> float:
         """The nominal rate, less where only a thinned stream is read, 0 while nobody reads."""
-        if self._stream.matched:
+        if self.matched:
             return self.rate
         thinned = self._thinned is not None and self._thinned.matched
         return min(self.rate, THINNED_HZ) if thinned else 0.0

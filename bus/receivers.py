@@ -8,6 +8,7 @@ import zenoh
 from zenoh.handlers import Callback, RingChannel
 
 from bus.directory import Directory
+from bus.packing import unpack
 from bus.sample_queue import SampleQueue
 from bus.threads import adopt
 
@@ -15,7 +16,7 @@ from bus.threads import adopt
 class Receiver:
     """Receives the samples of one key for an input's queue.
 
-    Of a sample above the limit only its size goes on, so that the queue's memory is bounded.
+    Of a message above the limit only its size goes on, so that the queue's memory is bounded.
 
     Args:
         key: Where the messages are put.
@@ -58,8 +59,9 @@ class Poll(Receiver):
     _owner: bytes | None = None  # the last one; it may have left after writing
     _resting = False
 
-    def __init__(self, *arguments: Any, ring: int):
-        self._ring = ring  # messages that Zenoh keeps until we look
+    def __init__(self, *arguments: Any, ring: int, bundled: bool = False):
+        self._ring = ring  # messages, or bundles of them, that Zenoh keeps until we look
+        self._bundled = bundled
         super().__init__(*arguments, handler=RingChannel(ring))
 
     def rest(self, resting: bool) -> None:
@@ -90,10 +92,21 @@ class Poll(Receiver):
             self._owner = self._leader(origin) or self._owner
         overrun = len(samples) == self._ring
         for sample in samples:
-            size = len(sample.payload)
-            part = sample if size <= limit else size
-            self._push((part, arrival, origin, self._owner, overrun))
-            overrun = False
+            for part in self._split(sample.payload):
+                part = part if len(part) <= limit else len(part)
+                self._push((part, arrival, origin, self._owner, overrun))
+                overrun = False
+
+    def _split(self, payload: zenoh.ZBytes) -> list[bytes]:
+        """Return the messages of a payload; what is no bundle is refused later, as a message."""
+        whole = payload.to_bytes()
+        if not self._bundled:
+            return [whole]
+        try:
+            parts = unpack(whole)
+        except ValueError:
+            return [whole]
+        return parts if _is_bundle(parts) else [whole]
 
 
 class Delivery(Receiver):
@@ -113,6 +126,10 @@ class Delivery(Receiver):
         origin, size = self._origin, len(sample.payload)
         if origin is not None:
             self._owner = self._leader(origin) or self._owner  # it may have left after writing
-        part = sample if size <= self._limit else size
+        part = sample.payload.to_bytes() if size <= self._limit else size
         self._push((part, time.monotonic_ns(), origin, self._owner, False))
         self._wake()
+
+
+def _is_bundle(parts: Any) -> bool:
+    return type(parts) is list and all(type(part) is bytes for part in parts)

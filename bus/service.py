@@ -19,6 +19,7 @@ from bus.errors import BusError
 from bus.node import Node
 from bus.parameters import Parameters
 from bus.signals import stop_flag
+from bus.threads import be_patient
 
 logger = logging.getLogger(__name__)
 
@@ -33,6 +34,7 @@ def serve(
     name: str,
     package: str | None = None,
     clock_port: Callable[[Any], str | None] | str | None = None,
+    patient: bool = False,
 ) -> NoReturn:
     """Run a service from its command line, and exit.
 
@@ -46,10 +48,13 @@ def serve(
         name: The service's name, unless ``--name`` gives another.
         package: Package with the defaults, ``config.yaml``.
         clock_port: Simulated clock to follow, or a function of the settings.
+        patient: Nobody waits for this service, so it never interrupts those that compute.
     """
     stop_flag.install()  # from here on a signal ends the process with status 0
     options = parser(name, main.__module__).parse_args()
     _prepare(options.log_level)
+    if patient:
+        be_patient()
     sys.exit(_status(main, config, package, options, clock_port))
 
 

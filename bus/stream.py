@@ -1,10 +1,13 @@
-"""The keys on which an output puts its messages: every one of them, or one every 4 ms."""
+"""The keys on which an output puts its messages: each, one every 4 ms, or those of 4 ms at once."""
 
 import zenoh
 from zenoh.handlers import Callback
 
+from bus.packing import pack
+
 THINNED_HZ = 250.0  # rate of a thinned stream, for readers that need no more
 _SLOT = round(1e9 / THINNED_HZ)  # ns
+_BUNDLE = 32768  # bytes after which a bundle is full
 
 
 class Stream:
@@ -50,6 +53,28 @@ class ThinnedStream(Stream):
     def take(self, stamp: int) -> None:
         """Note the stamp [ns] of a message that was put."""
         self._slot = stamp // _SLOT
+
+
+class BundledStream(Stream):
+    """Every message, those of 4 ms of the session's clock and the first of the next at once.
+
+    An invalid message is not kept waiting, and neither are those before it.
+    """
+
+    def __init__(self, session: zenoh.Session, key: str):
+        super().__init__(session, key)
+        self._slot = -1
+        self._messages: list[bytes] = []
+        self._size = 0
+
+    def add(self, message: bytes, stamp: int, valid: bool) -> None:
+        """Take a message of a stamp [ns]; put the bundle when it is complete."""
+        self._messages.append(message)
+        self._size += len(message)
+        if stamp // _SLOT != self._slot or not valid or self._size > _BUNDLE:
+            self._slot = stamp // _SLOT
+            self.put(pack(self._messages))
+            self._messages, self._size = [], 0
 
 
 def _publisher(session: zenoh.Session, key: str, reliable: bool) -> zenoh.Publisher:

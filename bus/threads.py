@@ -10,6 +10,12 @@ _adopted = threading.local()
 _CAN_CHOOSE = hasattr(os, "SCHED_BATCH")
 
 
+def be_patient() -> None:
+    """Let the calling thread wait for others to pause; for loops that others do not wait for."""
+    if _CAN_CHOOSE and os.sched_getscheduler(0) == os.SCHED_OTHER:
+        _choose(os.SCHED_BATCH)
+
+
 @contextmanager
 def patient() -> Iterator[None]:
     """Start threads that wait for the running one to pause, instead of cutting it in pieces.
@@ -36,7 +42,8 @@ def adopt() -> None:
     """
     if not hasattr(_adopted, "state"):
         _adopted.state = ctypes.pythonapi.PyGILState_Ensure()  # never released
-        if _CAN_CHOOSE and os.sched_getscheduler(0) == os.SCHED_BATCH:
+        ours = threading.current_thread() is threading.main_thread()
+        if _CAN_CHOOSE and not ours and os.sched_getscheduler(0) == os.SCHED_BATCH:
             _choose(os.SCHED_OTHER)
 
 

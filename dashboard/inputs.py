@@ -48,7 +48,7 @@ class Inputs:
                 model=robot.model_hash,
                 dimensions=robot.dimensions,
                 polled=True,
-                thinned=True,
+                stream="thinned",
             )
             for what, message in READ.items()
         }

@@ -46,7 +46,7 @@ class BaseService:
             source=config.inputs.get("sensors", ports.name("sensors", robot)),
             rate=ports.rate("sensors"),
             polled=not config.lockstep,
-            thinned=not config.lockstep and config.rate <= THINNED_HZ,
+            stream="whole" if config.lockstep or config.rate > THINNED_HZ else "thinned",
             **common,
         )
         self._output = node.output(ports.name("base", robot), BaseState, config.rate, **common)

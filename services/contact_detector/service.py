@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from bus import Node, Pending, Received
+from bus.rhythm import Rhythm
 from estimation.contact_detector import ContactDetector
 from estimation.limb_monitor import LimbFlag
 from estimation.localisation import NOWHERE, Localisation
@@ -17,7 +18,7 @@ from services.contact_detector.messages import contacts_message
 from services.contact_detector.taring import Taring
 
 WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
-PATIENCE = 0.7  # of a period between looks; the frames of one look share warm caches
+UNREAD = 20_000_000  # ns between residuals that nobody reads, so that they are there at once
 COMPLAINT = 0.02  # s between messages while the input is silent
 
 
@@ -37,7 +38,8 @@ class ContactService:
         self._open_ports()
         self._build()
         self._stamp: int | None = None
-        self._next = self._next_location = 0  # stamps, ns
+        self._next = self._next_location = self._evaluated = 0  # stamps, ns
+        self._rhythm, self._found = Rhythm(1.0 / config.rate), False
         self._complained = 0.0
         self._up_base: np.ndarray | None = None
         self._flags: list[LimbFlag] = []
@@ -57,6 +59,7 @@ class ContactService:
             depth=64,
             rate=ports.rate("sensors"),
             polled=not self._config.lockstep,
+            stream="whole" if self._config.lockstep else "bundled",
             **common,
         )
         self._base = node.input(
@@ -86,10 +89,12 @@ class ContactService:
 
     def spin(self) -> None:
         """Wait for frames and work off all that came."""
-        self._node.wait(WAIT if self._config.lockstep else PATIENCE / self._config.rate)
+        self._node.wait(WAIT if self._config.lockstep else self._rhythm.rest(self._found))
         self._base.newest()  # in every support, so that its statistics count
         self._up_base = self._look_up()
+        self._found = False
         while (received := self._sensors.read()) is not None:
+            self._found = True
             self._take(received)
             if self._config.lockstep:
                 self._node.acknowledge(received.envelope.stamp)
@@ -116,12 +121,20 @@ class ContactService:
             self._restart()
         self._stamp = stamp
         due = stamp >= self._next
-        self._bank.step(frame, stamp, self._up_base, due)
+        self._bank.step(frame, stamp, self._up_base, due and self._is_residual_due(stamp))
         if due:
             period = round(1e9 / self._config.rate)
             self._next = max(self._next + period, stamp + period // 2)
             self._detect(frame, stamp)
             self._publish(received)
+
+    def _is_residual_due(self, stamp: int) -> bool:
+        """Forces are integrated at every sample, momenta are computed where somebody looks."""
+        read = self.busy or self._residuals.wanted(stamp)
+        if not read and 0 <= stamp - self._evaluated < UNREAD:
+            return False
+        self._evaluated = stamp
+        return True
 
     def _restart(self) -> None:
         """The stamps jumped back: what was remembered belongs to another run."""

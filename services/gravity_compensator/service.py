@@ -53,7 +53,7 @@ class GravityService:
         node.parameters.on_change(self._configure)
 
     def _input(self, key: str, kind: type) -> Input:
-        robot = self._robot
+        robot, lockstep = self._robot, self._config.lockstep
         return self._node.input(
             ports.service_input(robot, self._node.name, key),
             kind,
@@ -61,8 +61,8 @@ class GravityService:
             rate=ports.rate(key),
             model=robot.model_hash if kind is not BaseState else "",
             dimensions={**robot.dimensions, "s": len(robot.subtrees)},
-            polled=not self._config.lockstep,
-            thinned=not self._config.lockstep and self._config.rate <= THINNED_HZ,
+            polled=not lockstep,
+            stream="whole" if lockstep or self._config.rate > THINNED_HZ else "thinned",
         )
 
     def spin(self) -> None:

@@ -20,7 +20,7 @@ def writer(hub):
 def thinned(writer, node):
     """Return an output of 1 kHz and a reader of its thinned stream."""
     out = writer.output("/w/x:o", Number, rate=1000.0)
-    inp = node.input("/r/x:i", Number, source="/w/x:o", depth=64, rate=1000.0, thinned=True)
+    inp = node.input("/r/x:i", Number, source="/w/x:o", depth=64, rate=1000.0, stream="thinned")
     for each in (writer, node):
         each.ready()
     eventually(lambda: out.wanted(0) and node.directory.leader("/w/x:o"))
