@@ -119,8 +119,8 @@ class Simulation:
         plant = self.plant
         self._take_command()
         self.player.step()
-        acquired = time.time_ns()
         plant.step()
+        acquired = time.time_ns()  # the instant exists now, and its sensors are read
         self.ticks += 1
         stamp = plant.time
         self._raw.write(plant.raw(), stamp=stamp, clock=SIMULATED, acquired=acquired)
