@@ -65,6 +65,11 @@ class Output:
         bundled = self._bundled
         return self._stream.matched or (bundled is not None and bundled.matched)
 
+    @property
+    def heard(self) -> bool:
+        """Whether anybody reads any of it."""
+        return self.matched or (self._thinned is not None and self._thinned.matched)
+
     def wanted(self, stamp: int, valid: bool = True) -> bool:
         """Whether anybody would read a message of this stamp [ns]."""
         thinned = self._thinned
@@ -156,5 +161,4 @@ class Output:
         """The nominal rate, less where only a thinned stream is read, 0 while nobody reads."""
         if self.matched:
             return self.rate
-        thinned = self._thinned is not None and self._thinned.matched
-        return min(self.rate, THINNED_HZ) if thinned else 0.0
+        return min(self.rate, THINNED_HZ) if self.heard else 0.0

@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 
 Main = Callable[[Node, Any], None]
 LEAVE_WITHIN = 3.0  # s; usually 0.3 s, and Zenoh has been seen to take more than 5 s
-SWITCH_INTERVAL = 1e-4  # s; with Python's 5 ms a busy thread delays the loop by as much
+SWITCH_INTERVAL = 1e-3  # s; with Python's 5 ms a busy thread delays the loop by as much
 
 
 def serve(

@@ -146,7 +146,8 @@ class _Window:
         self._torques = 0  # frames in a row with motor torques
         self._no_torque = np.zeros(n)
         # comparing bytes takes a tenth of the time of ndarray.all()
-        self._all = tuple(np.ones(size, dtype=bool).tobytes() for size in (n, k, m))
+        self._whole = tuple(np.ones(size, dtype=bool) for size in (n, k, m))
+        self._all = tuple(flags.tobytes() for flags in self._whole)
         self._complete = False  # every channel has been measured for a whole window
 
     @property
@@ -207,14 +208,15 @@ class _Window:
             self._quaternions.append(raw.imu_quat_wxyz)
 
     def _frame(self) -> SensorFrame:
-        length = self.kernel.length
-        valid = self._good >= length
-        values = self._filter.result()
+        values, flags = self._filter.result(), self._whole
         if not self._complete:
+            valid = self._good >= self.kernel.length
             values[:, ~valid[self._channel]] = 0.0
+            flags = np.split(valid, [self._n, self._n + self._k])
+        joint_valid, ft_valid, imu_valid = flags
         value, slope, curvature = values
         q, torque, ft, gyro, acc = self._columns
-        n, k, m = self._n, self._k, self._m
+        k, m = self._k, self._m
         rotated = len(self._quaternions) > self.kernel.side
         return SensorFrame(
             q=value[q],
@@ -226,9 +228,9 @@ class _Window:
             imu_acc=value[acc].reshape(m, 3),
             imu_dgyro=slope[gyro].reshape(m, 3),
             imu_quat_wxyz=self._quaternions[0] if rotated else None,
-            joint_valid=valid[:n],
-            ft_valid=valid[n : n + k],
-            imu_valid=valid[n + k :],
-            motor_torque_valid=self._torques >= length,
+            joint_valid=joint_valid,
+            ft_valid=ft_valid,
+            imu_valid=imu_valid,
+            motor_torque_valid=self._torques >= self.kernel.length,
             delay=self.kernel.delay,
         )
