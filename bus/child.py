@@ -1,6 +1,7 @@
 """Runs a module as ``python -m`` would, bound to the life of its parent.
 
-Usage: ``python -m bus.child PARENT_PID NICE MODULE [ARGUMENT ...]``
+Usage: ``python -m bus.child PARENT_PID PRIORITY MODULE [ARGUMENT ...]``; the priority is a
+niceness, or ``realtime``.
 """
 
 import ctypes
@@ -8,6 +9,7 @@ import os
 import runpy
 import signal
 import sys
+from contextlib import suppress
 
 PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
@@ -20,11 +22,20 @@ def die_with(parent: int) -> None:
         sys.exit(1)
 
 
+def take(priority: str) -> None:
+    """Take a niceness; or the lowest real-time priority, where the system permits it."""
+    if priority != "realtime":
+        os.nice(int(priority))
+        return
+    with suppress(AttributeError, OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+
+
 def main() -> None:
-    """Bind to the parent, lower the priority, become the module."""
-    parent, nice, module, *arguments = sys.argv[1:]
+    """Bind to the parent, take the priority, become the module."""
+    parent, priority, module, *arguments = sys.argv[1:]
     die_with(int(parent))
-    os.nice(int(nice))  # before any thread exists: threads inherit it
+    take(priority)  # before any thread exists: threads inherit it
     sys.argv = [module, *arguments]
     runpy.run_module(module, run_name="__main__", alter_sys=True)
 

@@ -35,6 +35,7 @@ class Service(Part):
     params: dict[str, Any] = {}
     page_port: str | None = None  # the parameter that receives the port of the web page
     nice: int = Field(default=0, ge=0, le=19)
+    realtime: bool = False  # before everything else on its processor, where that is permitted
     restart: Restart = "always"
 
 

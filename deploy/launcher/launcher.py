@@ -149,4 +149,5 @@ class Launcher:
         arguments += ["--namespace", self.namespace]
         for key, value in params.items():
             arguments += ["--set", f"{key}={json.dumps(value)}"]
-        return Process(name, arguments, self.log, spec.nice, spec.restart)
+        priority = "realtime" if spec.realtime else str(spec.nice)
+        return Process(name, arguments, self.log, priority, spec.restart)

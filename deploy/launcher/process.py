@@ -26,11 +26,16 @@ class Process:
     """
 
     def __init__(
-        self, name: str, arguments: list[str], log: Log, nice: int = 0, restart: Restart = "always"
+        self,
+        name: str,
+        arguments: list[str],
+        log: Log,
+        priority: str = "0",
+        restart: Restart = "always",
     ):
         self.name = name
         self.arguments = arguments
-        self.nice = nice
+        self.priority = priority  # niceness, or "realtime"
         self.restart = restart
         self.state = "stopped"
         self.restarts = 0
@@ -52,7 +57,7 @@ class Process:
 
     def start(self) -> None:
         """Start the child; what it prints goes to the log under its name."""
-        command = [sys.executable, "-m", "bus.child", str(os.getpid()), str(self.nice)]
+        command = [sys.executable, "-m", "bus.child", str(os.getpid()), self.priority]
         self._child = subprocess.Popen(
             command + self.arguments,
             stdin=subprocess.DEVNULL,
