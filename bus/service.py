@@ -34,7 +34,7 @@ def serve(
     name: str,
     package: str | None = None,
     clock_port: Callable[[Any], str | None] | str | None = None,
-    patient: bool = False,
+    never_interrupts: bool = False,
 ) -> NoReturn:
     """Run a service from its command line, and exit.
 
@@ -48,12 +48,12 @@ def serve(
         name: The service's name, unless ``--name`` gives another.
         package: Package with the defaults, ``config.yaml``.
         clock_port: Simulated clock to follow, or a function of the settings.
-        patient: Nobody waits for this service, so it never interrupts those that compute.
+        never_interrupts: Nobody waits for this service; it lets those finish who compute.
     """
     stop_flag.install()  # from here on a signal ends the process with status 0
     options = parser(name, main.__module__).parse_args()
     _prepare(options.log_level)
-    if patient:
+    if never_interrupts:
         be_patient()
     sys.exit(_status(main, config, package, options, clock_port))
 

@@ -9,7 +9,6 @@ from typing import Any
 import zenoh
 
 from bus.errors import BusError
-from bus.threads import patient
 
 LEASE = 2.0  # s until a stopped process's names vanish; a killed one's vanish at once
 MAX_MESSAGE = 4 << 20  # bytes on any link; each port has a smaller limit of its own
@@ -61,8 +60,7 @@ def open_session(
         config = zenoh.Config.from_file(str(zenoh_config)) if zenoh_config else zenoh.Config()
         for key, value in settings.items():
             config.insert_json5(key, json.dumps(value))
-        with patient():
-            return zenoh.open(config)
+        return zenoh.open(config)
     except (zenoh.ZError, ValueError, OSError) as error:
         raise BusError(f"cannot open the bus ({', '.join(endpoints)}): {error}") from error
 

@@ -11,5 +11,5 @@ serve(
     name="base_estimator",
     package=__package__,
     clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
-    patient=True,
+    never_interrupts=True,
 )

@@ -62,16 +62,19 @@ class BaseService:
         if sample is not None:
             self._take(sample)
         if not self._sensors.fresh:
-            self._complain()
+            self._complain(self._sensors.reason)
 
     def _take(self, sample: Received) -> None:
         envelope = sample.envelope
+        repeated = self._last is not None and envelope.stamp == self._last.stamp
         if self._last is not None and envelope.stamp < self._last.stamp:
             self._estimator.reset()
             self._next = 0
         self._last = envelope
         if envelope.stamp >= self._next:
             self._estimate(sample.data, envelope)
+        elif repeated and not envelope.valid:  # nothing new comes, and somebody says why
+            self._complain(envelope.reason)
         self._node.acknowledge(envelope.stamp)
 
     def _estimate(self, frame: SensorFrame, envelope: Envelope) -> None:
@@ -107,11 +110,11 @@ class BaseService:
             imu_valid=bool(frame.imu_valid[0]),
         )
 
-    def _complain(self) -> None:
+    def _complain(self, reason: str) -> None:
         now = time.monotonic()
         if now - self._complained >= COMPLAINT:
             self._complained = now
-            self._write_nothing(self._sensors.reason)
+            self._write_nothing(reason)
 
     def _write_nothing(self, reason: str) -> None:
         self._reason = reason

@@ -11,5 +11,5 @@ serve(
     name="gravity_compensator",
     package=__package__,
     clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
-    patient=True,
+    never_interrupts=True,
 )

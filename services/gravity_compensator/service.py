@@ -74,10 +74,11 @@ class GravityService:
         if sample is not None:
             self._take(sample)
         if not self._sensors.fresh:
-            self._complain()
+            self._complain(self._sensors.reason)
 
     def _take(self, sample: Received) -> None:
         envelope = sample.envelope
+        repeated = self._last is not None and envelope.stamp == self._last.stamp
         if self._last is not None and envelope.stamp < self._last.stamp:
             self._compensator.reset()
             self._next = 0
@@ -86,6 +87,8 @@ class GravityService:
             period = int(1e9 / self._config.rate)
             self._next = (envelope.stamp // period + 1) * period
             self._compensate(sample.data, envelope)
+        elif repeated and not envelope.valid:  # nothing new comes, and somebody says why
+            self._complain(envelope.reason)
         self._node.acknowledge(envelope.stamp)
 
     def _compensate(self, frame: SensorFrame, envelope: Envelope) -> None:
@@ -132,11 +135,11 @@ class GravityService:
                 return i
         return -1
 
-    def _complain(self) -> None:
+    def _complain(self, reason: str) -> None:
         now = time.monotonic()
         if now - self._complained >= COMPLAINT:
             self._complained = now
-            self._write_nothing(self._sensors.reason)
+            self._write_nothing(reason)
 
     def _write_nothing(self, reason: str) -> None:
         self._reason = reason

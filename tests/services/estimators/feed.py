@@ -35,8 +35,12 @@ class Feed:
     def step(self) -> None:
         """Let one millisecond pass in the plant and write its frame."""
         self.plant.step()
+        self.write()
+
+    def write(self, **more: Any) -> None:
+        """Write the frame of the present instant."""
         frame = sensor_frame(self.plant.raw(), self.changes)
-        self._frames.write(frame, stamp=self.plant.time, clock=1)
+        self._frames.write(frame, stamp=self.plant.time, clock=1, **more)
 
     def until(self, predicate: Callable[[], T | None], timeout: float = 20.0) -> T:
         """Feed until a predicate holds; return its value."""

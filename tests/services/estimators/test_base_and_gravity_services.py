@@ -1,5 +1,7 @@
 """Base estimator and gravity compensator as processes."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,20 @@ def test_the_base_is_invalid_without_load_and_after_silence(node: Node, start, p
     while (silent := says(base, False)) is None:
         node.wait(0.1)
     assert "no data" in silent.envelope.reason
+
+
+def test_a_silence_that_is_said_at_the_last_stamp_is_passed_on(node: Node, start, plant):
+    start("services.base_estimator")
+    feed = Feed(node, plant, "base_estimator")
+    base = feed.listen("base")
+    node.ready()
+    feed.until(lambda: says(base, True))
+    feed.until(lambda: plant.time // 1_000_000 % 4 == 1)  # the next estimate is not yet due
+    deadline = time.monotonic() + 20.0
+    while (silent := says(base, False)) is None or silent.envelope.reason != "unplugged":
+        assert time.monotonic() < deadline
+        feed.write(valid=False, reason="unplugged")
+        node.wait(0.005)
 
 
 def test_a_clock_that_jumps_back_starts_the_base_anew(node: Node, start, plant):
