@@ -41,7 +41,12 @@ class ResidualChart:
         )
 
     def add(self, time: float, residuals: Residuals | None) -> None:
-        """Remember one sample; None where there is none that is fresh and valid."""
+        """Remember one sample; None where there is none that is fresh and valid.
+
+        The first one is there: a chart that begins with a gap draws nothing.
+        """
+        if residuals is None and self._residuals.empty:
+            return
         values = np.full(len(self._options), np.nan)
         thresholds = np.full(len(self._options), np.nan)
         if residuals is not None:
@@ -51,6 +56,11 @@ class ResidualChart:
                 values[n:], thresholds[n:] = residuals.external, residuals.threshold_external
         self._residuals.add(time, values)
         self._thresholds.add(time, thresholds)
+
+    def clear(self) -> None:
+        """Forget what was."""
+        self._residuals.clear()
+        self._thresholds.clear()
 
     def draw(self) -> None:
         """Send the chosen residual to the browsers."""

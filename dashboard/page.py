@@ -72,6 +72,7 @@ class Page:
     def rest(self, resting: bool) -> None:
         """Read nothing while nobody looks, or go on."""
         self._inputs.rest(resting)
+        self._panel.chart.clear()
 
     def close(self) -> None:
         """End the threads of the page."""

@@ -127,3 +127,11 @@ def test_chart_leaves_a_gap_where_residuals_are_missing(server, robot, known):
     chart.add(0.1, None)
     chart.draw()
     assert np.isnan(chart._plot.data[1]).tolist() == [False, True]
+
+
+def test_chart_does_not_begin_with_a_gap(server, robot, known):
+    chart = ResidualChart(server.gui, robot, points=10)
+    for time, residuals in enumerate((None, known.residuals, known.residuals)):
+        chart.add(float(time), residuals)
+    chart.draw()
+    assert not np.isnan(chart._plot.data[1]).any() and len(chart._plot.data[1]) == 2
