@@ -10,6 +10,7 @@ from zenoh.handlers import Callback, RingChannel
 from bus.directory import Directory
 from bus.packing import unpack
 from bus.sample_queue import SampleQueue
+from bus.stream import BUNDLE
 from bus.threads import adopt
 
 
@@ -93,12 +94,18 @@ class Poll(Receiver):
         overrun = len(samples) == self._ring
         for sample in samples:
             for part in self._split(sample.payload):
-                part = part if len(part) <= limit else len(part)
+                if type(part) is bytes and len(part) > limit:
+                    part = len(part)
                 self._push((part, arrival, origin, self._owner, overrun))
                 overrun = False
 
-    def _split(self, payload: zenoh.ZBytes) -> list[bytes]:
-        """Return the messages of a payload; what is no bundle is refused later, as a message."""
+    def _split(self, payload: zenoh.ZBytes) -> list[bytes] | list[int]:
+        """Return the messages of a payload, or its size when it is too large.
+
+        What is no bundle is refused later, as a message.
+        """
+        if len(payload) > self._limit + (BUNDLE if self._bundled else 0):
+            return [len(payload)]
         whole = payload.to_bytes()
         if not self._bundled:
             return [whole]

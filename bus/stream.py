@@ -7,7 +7,7 @@ from bus.packing import pack
 
 THINNED_HZ = 250.0  # rate of a thinned stream, for readers that need no more
 _SLOT = round(1e9 / THINNED_HZ)  # ns
-_BUNDLE = 32768  # bytes after which a bundle is full
+BUNDLE = 32768  # bytes after which a bundle is full
 
 
 class Stream:
@@ -65,16 +65,22 @@ class BundledStream(Stream):
         super().__init__(session, key)
         self._slot = -1
         self._messages: list[bytes] = []
-        self._size = 0
+        self._size = 0  # bytes
 
     def add(self, message: bytes, stamp: int, valid: bool) -> None:
         """Take a message of a stamp [ns]; put the bundle when it is complete."""
+        if not self.matched:
+            self._begin()  # what its last reader did not get is not for the next one
+            return
         self._messages.append(message)
         self._size += len(message)
-        if stamp // _SLOT != self._slot or not valid or self._size > _BUNDLE:
+        if stamp // _SLOT != self._slot or not valid or self._size > BUNDLE:
             self._slot = stamp // _SLOT
             self.put(pack(self._messages))
-            self._messages, self._size = [], 0
+            self._begin()
+
+    def _begin(self) -> None:
+        self._messages, self._size = [], 0
 
 
 def _publisher(session: zenoh.Session, key: str, reliable: bool) -> zenoh.Publisher:

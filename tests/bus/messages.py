@@ -48,3 +48,12 @@ def mixed(n: int = 3, k: int = 2, **more: Any) -> Mixed:
         "ok": np.array([i % 2 == 0 for i in range(n)]),
     }
     return Mixed(**{**values, **more})
+
+
+MS = 1_000_000  # ns
+
+
+def write(out, stamps, **more) -> None:
+    """Write a number for each simulated stamp [ns]: its milliseconds."""
+    for stamp in stamps:
+        out.write(Number(value=stamp / MS), stamp=stamp, clock=1, **more)

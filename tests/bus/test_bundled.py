@@ -2,19 +2,10 @@
 
 import pytest
 
-from bus import Node
 from bus.introspection import port_info
 from bus.packing import pack
 from bus.testing import collect, eventually
-from tests.bus.messages import Number
-
-MS = 1_000_000
-
-
-@pytest.fixture
-def writer(hub):
-    with Node("writer", connect=hub, signals=False) as node:
-        yield node
+from tests.bus.messages import MS, Number, write
 
 
 @pytest.fixture
@@ -26,11 +17,6 @@ def bundled(writer, node):
         each.ready()
     eventually(lambda: out.matched and node.directory.leader("/w/x:o"))
     return out, inp
-
-
-def write(out, stamps, **more):
-    for stamp in stamps:
-        out.write(Number(value=stamp / MS), stamp=stamp, clock=1, **more)
 
 
 def test_every_message_arrives_in_order_with_the_first_of_the_next_4_ms(bundled, node):
@@ -60,6 +46,19 @@ def test_an_invalid_message_takes_those_before_it_along(bundled, node):
 
 def test_a_reader_of_bundles_wants_the_whole_rate(bundled, node):
     assert port_info(node, "/w/x:o")["wanted_hz"] == 1000.0
+
+
+def test_the_next_reader_gets_nothing_that_waited_for_the_last_one(bundled, node):
+    out, inp = bundled
+    write(out, [0, MS])
+    inp.rest(True)
+    eventually(lambda: not out.matched)
+    write(out, [2 * MS])
+    inp.rest(False)
+    eventually(lambda: out.matched)
+    write(out, [4 * MS])
+    eventually(lambda: (r := inp.newest()) and r.data.value == 4.0)
+    assert inp.statistics.lost == 0 and inp.statistics.received in (1, 2)
 
 
 def test_a_bundle_of_rubbish_is_refused(bundled, node):

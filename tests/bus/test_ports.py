@@ -13,12 +13,6 @@ from bus.testing import collect, eventually
 from tests.bus.messages import Mixed, Number, mixed
 
 
-@pytest.fixture
-def writer(hub):
-    with Node("writer", connect=hub, signals=False) as node:
-        yield node
-
-
 def join(*nodes):
     for node in nodes:
         node.ready()

@@ -2,18 +2,9 @@
 
 import pytest
 
-from bus import Node
 from bus.introspection import port_info
 from bus.testing import collect, eventually
-from tests.bus.messages import Number
-
-MS = 1_000_000
-
-
-@pytest.fixture
-def writer(hub):
-    with Node("writer", connect=hub, signals=False) as node:
-        yield node
+from tests.bus.messages import MS, Number, write
 
 
 @pytest.fixture
@@ -25,11 +16,6 @@ def thinned(writer, node):
         each.ready()
     eventually(lambda: out.wanted(0) and node.directory.leader("/w/x:o"))
     return out, inp
-
-
-def write(out, stamps, **more):
-    for stamp in stamps:
-        out.write(Number(value=stamp / MS), stamp=stamp, clock=1, **more)
 
 
 def test_the_first_message_of_each_4_ms_arrives_numbered_without_gaps(thinned, node):
