@@ -4,18 +4,21 @@ A clock runs, is paused, or is absent: a plant publishes at 10 Hz or more of wal
 time, also when paused, so a silent clock is an absent one. A reset is a jump back.
 """
 
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from bus.envelope import SIMULATED, WALL
+from bus.signals import stop_flag
 
 if TYPE_CHECKING:
     from bus.input import Input
     from bus.node import Node
 
 SILENCE = 0.5  # s of wall time after which a clock is absent
+NAP = 0.01  # s; the end of a sleep is looked for this often by other threads than the node's
 State = Literal["running", "paused"]
 
 
@@ -29,9 +32,20 @@ class Clock:
 
 
 class SessionClock:
-    """What a process knows of the clock; wall time where no clock port is followed."""
+    """What a process knows of the clock; wall time where no clock port is followed.
 
-    def __init__(self, lockstep: bool = False):
+    Args:
+        lockstep: Wall time means nothing here.
+        wait: The node's, which handles its requests meanwhile.
+        running: False once the node was asked to end.
+    """
+
+    def __init__(
+        self,
+        lockstep: bool = False,
+        wait: Callable[[float], bool] | None = None,
+        running: Callable[[], bool] = lambda: not stop_flag.set,
+    ):
         self.lockstep = lockstep
         self.resets = 0  # jumps back seen so far
         self.resumed_at = 0  # monotonic [ns] of the last end of a pause, 0 without one
@@ -39,11 +53,16 @@ class SessionClock:
         self._paused_at = 0
         self._seen_at = 0
         self._input: Input | None = None
-        self._wait: Callable[[float], bool] | None = None
+        self._wait, self._running = wait, running
+        self._thread = threading.get_ident()  # the node's own
+        self._reading = threading.Lock()
 
-    def follow(self, clock: "Input", wait: Callable[[float], bool]) -> None:
-        """Take the time from an input of type Clock; ``wait`` is the node's."""
-        self._input, self._wait = clock, wait
+    def follow(self, clock: "Input", wait: Callable[[float], bool] | None = None) -> None:
+        """Take the time from an input of type Clock."""
+        self._input, self._wait = clock, wait or self._wait
+        node = getattr(wait, "__self__", None)
+        if node is not None:
+            self._running = lambda: node.running
 
     @property
     def simulated(self) -> bool:
@@ -82,27 +101,32 @@ class SessionClock:
 
     def poll(self) -> None:
         """Take in what the clock port has delivered."""
-        while self._input is not None and (received := self._input.read()) is not None:
-            self._note(received.data, received.arrival)
+        if self._input is None:
+            return
+        with self._reading:
+            while (received := self._input.read()) is not None:
+                self._note(received.data, received.arrival)
 
     def wait_until(self, stamp: int, timeout: float) -> bool:
-        """Wait for a simulated time [ns], at most ``timeout`` seconds of wall time.
+        """Wait for a time of the session [ns], at most ``timeout`` seconds of wall time.
 
-        Returns whether it was reached; False also when the clock was reset meanwhile.
+        May be called in any thread; the node's own handles its requests meanwhile. Returns
+        whether the time was reached; False also when the clock was reset, or the node
+        asked to end.
         """
         resets, deadline = self.resets, time.monotonic() + timeout
-        while self.time < stamp and self.resets == resets:
+        while (now := self.time) < stamp and self.resets == resets:
             remaining = deadline - time.monotonic()
-            if remaining <= 0:
+            if remaining <= 0 or not self._running():
                 return False
-            self._pass(remaining if self.simulated else min(remaining, (stamp - self.time) * 1e-9))
+            self._pass(remaining if self.simulated else min(remaining, (stamp - now) * 1e-9))
         return self.resets == resets
 
     def _pass(self, seconds: float) -> None:
-        if self._wait is not None:
+        if self._wait is not None and threading.get_ident() == self._thread:
             self._wait(seconds)
         else:
-            time.sleep(max(seconds, 0.0))
+            time.sleep(min(seconds, NAP))
 
     def _note(self, clock: Clock, arrival: int) -> None:
         if clock.time < self._time:

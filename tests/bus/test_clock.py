@@ -6,8 +6,9 @@ import time
 import pytest
 
 from bus import LockstepTimeout, Node
-from bus.clock import ClockServer
+from bus.clock import ClockServer, SessionClock
 from bus.lockstep import Lockstep
+from bus.periodic import Periodic
 from bus.testing import eventually
 from tests.bus.messages import Number
 
@@ -129,6 +130,59 @@ def test_all_who_wait_wake_when_the_clock_is_reset(served, hub):
             thread.join()
     assert results == [(False, 1)] * 3
     assert time.monotonic() - began < 20.0
+
+
+@pytest.mark.parametrize("end", ["reset", "shutdown", "arrival"])
+def test_all_threads_that_sleep_wake_together(served, end):
+    """In YARP one of three wakes when the time jumps back."""
+    server, follower = served
+    server.update(100 * MS)
+    eventually(lambda: follower.clock.time == 100 * MS)
+    results = []
+    sleep = lambda: results.append(follower.clock.wait_until(150 * MS, timeout=60.0))  # noqa: E731
+    threads = [threading.Thread(target=sleep) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    act = {
+        "reset": lambda: server.update(0),
+        "shutdown": follower.stop,
+        "arrival": lambda: server.update(150 * MS),
+    }[end]
+    threading.Timer(0.05, act).start()
+    began = time.monotonic()
+    sleep()  # in the node's own thread too
+    for thread in threads:
+        thread.join()
+    assert results == [end == "arrival"] * 9
+    assert time.monotonic() - began < 20.0
+
+
+def test_waiting_for_wall_time_ends_when_the_process_is_asked_to_end(monkeypatch):
+    clock = SessionClock(running=lambda: False)
+    began = time.monotonic()
+    assert not clock.wait_until(time.time_ns() + 60_000 * MS, timeout=60.0)
+    assert time.monotonic() - began < 20.0
+
+
+def test_a_loop_of_simulated_time_follows_steps_and_a_reset(served):
+    server, follower = served
+    server.update(0)
+    eventually(lambda: follower.clock.state == "running")
+    loop = Periodic.of(follower, 0.01)
+
+    def step():
+        for stamp in (*range(0, 101, 5), *range(0, 51, 5)):  # 100 ms, then 50 ms from 0 on
+            server.update(stamp * MS, "paused")
+            eventually(lambda stamp=stamp: follower.clock.time == stamp * MS)
+            time.sleep(0.002)
+        follower.stop()
+
+    stepping = threading.Thread(target=step)
+    stepping.start()
+    while loop.next():
+        pass
+    stepping.join()
+    assert 13 <= loop.statistics.cycles <= 15
 
 
 def test_a_pause_is_not_staleness(served, plant):
