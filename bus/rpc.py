@@ -6,10 +6,11 @@ from typing import Any, Protocol
 import zenoh
 from zenoh.handlers import Callback
 
-from bus.errors import BusError, RpcAbsent, RpcError, RpcTimeout
+from bus.errors import BusError, RpcAbsent, RpcError, RpcTimeout, WireError
 from bus.names import key_of
 from bus.packing import pack, unpack
 from bus.schema import plain
+from bus.signature import typed
 from bus.waiter import Waiter
 
 MAX_REQUEST = 65536  # bytes
@@ -94,12 +95,14 @@ def call(
     verb: str,
     arguments: dict[str, Any] | None = None,
     timeout: float = 5.0,
+    returns: Any = Any,
 ) -> Any:
-    """Ask an RPC port and return the answer.
+    """Ask an RPC port and return the answer, as ``returns`` declares it (see `bus.signature`).
 
-    Raises RpcAbsent (nobody there), RpcTimeout (somebody there, no answer), RpcError
-    (the handler's own text, or several servers), BusError when this process is
-    asked to end meanwhile.
+    Dataclasses among the arguments travel as maps. Raises RpcAbsent (nobody there),
+    RpcTimeout (somebody there, no answer), RpcError (the handler's own text, several
+    servers, or an answer of another type), BusError when this process is asked to end
+    meanwhile.
     """
     session = node if isinstance(node, zenoh.Session) else node.session
     payload, key = pack_request(verb, arguments), key_of(port)
@@ -109,13 +112,21 @@ def call(
         request = Request(session, key, payload, max(deadline - time.monotonic(), 0.001))
         _await(request, node, port, deadline)
         if request.values or request.errors or request.timed_out:
-            return result_of(request, port, verb, timeout)
+            answer = result_of(request, port, verb, timeout)
+            return _as_declared(answer, returns, port, verb)
         if not request.done:
             raise RpcTimeout(f"{port} {verb}: no answer within {timeout:g} s")
         now = time.monotonic()
         if now >= deadline or (now >= absent_until and not _stands(node, port)):
             raise RpcAbsent(f"nobody answers on {port}")
         time.sleep(0.02)
+
+
+def _as_declared(answer: Any, returns: Any, port: str, verb: str) -> Any:
+    try:
+        return typed(returns, "answer")(answer)
+    except WireError as error:
+        raise RpcError(f"{port} {verb}: {error}") from None
 
 
 def _stands(node: Any, port: str) -> bool:

@@ -11,10 +11,12 @@ import zenoh
 from zenoh.handlers import Callback
 
 from bus.envelope import new_source
+from bus.errors import BusError
 from bus.names import did_you_mean, key_of
 from bus.packing import pack, unpack
 from bus.rpc import MAX_REQUEST
 from bus.schema import plain
+from bus.signature import Contract
 from bus.waiter import Waiter
 
 logger = logging.getLogger(__name__)
@@ -75,7 +77,7 @@ class RpcServer:
         self.source = new_source()
         self.epoch = 0
         self.answered = 0
-        self._verbs: dict[str, tuple[Handler, str]] = {}
+        self._verbs: dict[str, tuple[Handler, str, Contract]] = {}
         self._queries: deque[zenoh.Query] = deque()
         self._pending: list[Pending] = []
         self._waiter = waiter
@@ -95,8 +97,13 @@ class RpcServer:
             queryable.undeclare()
 
     def add(self, verb: str, handler: Handler, help: str = "") -> None:
-        """Add a verb; ``help`` defaults to the first line of the handler's docstring."""
-        self._verbs[verb] = handler, help or (inspect.getdoc(handler) or "").partition("\n")[0]
+        """Add a verb; ``help`` defaults to the first line of the handler's docstring.
+
+        What the handler's annotations declare (`bus.signature`) is checked before it is
+        called and when it has answered.
+        """
+        text = help or (inspect.getdoc(handler) or "").partition("\n")[0]
+        self._verbs[verb] = handler, text, Contract(handler)
 
     @property
     def waiting(self) -> bool:
@@ -162,24 +169,23 @@ class RpcServer:
             raise ValueError(
                 f"unknown verb {verb!r:.60}{did_you_mean(verb, self._verbs)}; there are: {known}"
             )
-        handler, _ = self._verbs[verb]
-        signature = inspect.signature(handler)
+        handler, _, contract = self._verbs[verb]
         try:
-            signature.bind(**arguments)
-        except TypeError as error:
-            raise ValueError(f"{verb}: {error}; expected {_usage(signature)}") from None
+            arguments = contract.bind(arguments)
+        except ValueError as error:
+            raise ValueError(f"{verb}: {error}") from None
         try:
-            return handler(**arguments)
-        except (ValueError, LookupError, RuntimeError):
+            value = handler(**arguments)
+        except (ValueError, LookupError, RuntimeError, BusError):
             raise
         except Exception:
             logger.exception("%s: verb %s failed", self.name, verb)
             raise
+        return value if isinstance(value, Pending) else contract.answer(value)
 
     def _help(self) -> dict[str, str]:
         return {
-            f"{verb}{_usage(inspect.signature(handler))}": text
-            for verb, (handler, text) in self._verbs.items()
+            f"{verb}{contract.usage}": text for verb, (_, text, contract) in self._verbs.items()
         }
 
 
@@ -201,11 +207,3 @@ def _text(error: Exception) -> str:
     if isinstance(error, KeyError) and error.args:
         return str(error.args[0])
     return str(error) or type(error).__name__
-
-
-def _usage(signature: inspect.Signature) -> str:
-    names = [
-        name if p.default is p.empty else f"{name}={p.default!r}"
-        for name, p in signature.parameters.items()
-    ]
-    return f"({', '.join(names)})"

@@ -47,8 +47,14 @@ def fields_of(message_type: type) -> tuple[Field, ...]:
     """Return the fields of a message type; raise TypeError when it is not one."""
     if not dataclasses.is_dataclass(message_type) or not isinstance(type_name(message_type), str):
         raise TypeError(f"{message_type!r} is not a message: a frozen dataclass with a TYPE text")
-    hints = typing.get_type_hints(message_type)
-    return tuple(_field(item, hints[item.name]) for item in dataclasses.fields(message_type))
+    return fields_of_dataclass(message_type)
+
+
+@cache
+def fields_of_dataclass(kind: type) -> tuple[Field, ...]:
+    """Return the fields of a message type, or of a part of a request or an answer."""
+    hints = typing.get_type_hints(kind)
+    return tuple(_field(item, hints[item.name]) for item in dataclasses.fields(kind))
 
 
 def type_name(message_type: type) -> str:
@@ -71,7 +77,7 @@ def _field(item: dataclasses.Field, hint: Any) -> Field:
         shape=shape,
         optional=bool(metadata.get("optional", False)),
         default=default,
-        check=_check_of(hint, item.name) if kind == "scalar" else _anything,
+        check=check_of(hint, item.name) if kind == "scalar" else _anything,
         annotation=getattr(hint, "__name__", str(hint)) if _is_plain(hint) else str(hint),
         simple=hint in _SIMPLE or hint in [list[item] for item in _SIMPLE],
         unit=metadata.get("unit", ""),
@@ -87,7 +93,7 @@ def _anything(value: Any) -> Any:
     return value
 
 
-def _check_of(hint: Any, name: str) -> Check:
+def check_of(hint: Any, name: str) -> Check:
     """Return a function that returns the value in the annotated type, or raises WireError."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if hint is Any:
@@ -99,10 +105,12 @@ def _check_of(hint: Any, name: str) -> Check:
     if hint in _SCALARS:
         return _SCALARS[hint](name)
     if (origin or hint) in (list, tuple):
-        return _list(_check_of(arguments[0] if arguments else Any, name), name)
+        return _list(check_of(arguments[0] if arguments else Any, name), name)
     if (origin or hint) is dict:
-        return _map(_check_of(arguments[1] if arguments else Any, name), name)
-    raise TypeError(f"field {name}: {hint!r} cannot travel; use bool, int, float, str, list, dict")
+        return _map(check_of(arguments[1] if arguments else Any, name), name)
+    raise TypeError(
+        f"field {name}: {hint!r} cannot travel; use bool, int, float, str, bytes, list, dict"
+    )
 
 
 def _refuse(name: str, value: Any, expected: str) -> WireError:
@@ -140,13 +148,14 @@ _SCALARS: dict[Any, Callable[[str], Check]] = {
     bool: _exactly(bool),
     int: _exactly(int),
     str: _exactly(str),
+    bytes: _exactly(bytes),
     type(None): _exactly(type(None)),
     float: _finite,
 }
 
 
 def _union(arguments: tuple, name: str) -> Check:
-    checks = [_check_of(argument, name) for argument in arguments]
+    checks = [check_of(argument, name) for argument in arguments]
     expected = " or ".join(getattr(argument, "__name__", str(argument)) for argument in arguments)
 
     def check(value: Any) -> Any:
@@ -191,7 +200,10 @@ def _map(item: Check, name: str) -> Check:
 
 
 def plain(value: Any, name: str = "value") -> Any:
-    """Return a value built of None, bool, int, finite float, str, list and dict only."""
+    """Return a value built of None, bool, int, finite float, str, list and dict only.
+
+    Arrays become lists, dataclasses maps.
+    """
     if value is None or isinstance(value, bool | int | str) and not isinstance(value, np.generic):
         return value
     if isinstance(value, np.ndarray | np.generic):
@@ -207,6 +219,8 @@ def plain(value: Any, name: str = "value") -> Any:
         return [plain(entry, name) for entry in value]
     if isinstance(value, dict):
         return {_text(key, name): plain(entry, name) for key, entry in value.items()}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name), name) for f in dataclasses.fields(value)}
     raise _refuse(name, value, "numbers, booleans, texts, lists and maps")
 
 

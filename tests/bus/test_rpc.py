@@ -3,6 +3,8 @@
 import signal
 import threading
 import time
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ import zenoh
 from bus import Node, Pending, RpcAbsent, RpcError, RpcTimeout, call
 from bus.packing import pack
 from bus.testing import eventually
+from tests.bus.messages import Number
 
 PORT = "/server/rpc:i"
 
@@ -197,3 +200,102 @@ def test_a_question_costs_little(server, node):
         node.call(PORT, "status")
         times.append(time.monotonic() - began)
     assert sorted(times)[5] < 0.05  # 0.3 ms on a quiet machine
+
+
+@dataclass(frozen=True)
+class Move:
+    """A typed request."""
+
+    joint: str
+    angles: np.ndarray = field(metadata={"shape": ("n",), "unit": "rad"})
+    speed: float = 1.0
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A typed answer."""
+
+    joint: str
+    count: int
+
+
+def test_requests_and_answers_are_typed_on_both_sides(server, node):
+    def move(request: Move, mode: Literal["fast", "slow"] = "fast") -> Moved:
+        assert request.angles.dtype == float and request.speed == 2.0
+        return Moved(f"{request.joint} {mode}", len(request.angles))
+
+    server.verb("move", move)
+    request = Move("elbow", np.array([0.5, 1.0]), 2.0)
+    moved = call(node, PORT, "move", {"request": request}, returns=Moved)
+    assert moved == Moved("elbow fast", 2)
+    for wrong, text in (
+        ({"request": {"joint": 3, "angles": []}}, "move: field joint: expected str, got int 3"),
+        ({"request": {"joint": "elbow"}}, "move: request: .*missing .*'angles'"),
+        ({"request": {"joint": "e", "angles": [[1.0]]}}, r"field angles: expected shape \('n',\)"),
+        ({"request": {"elbow": 1}}, "move: request: expected a map with some of joint, angles"),
+        ({"request": request, "mode": "wild"}, "move: field mode: expected 'fast' or 'slow', got"),
+    ):
+        with pytest.raises(RpcError, match=text):
+            node.call(PORT, "move", wrong)
+    with pytest.raises(RpcError, match="/server/rpc:i move: .*expected a finite number, got dict"):
+        call(node, PORT, "move", {"request": request}, returns=float)
+
+
+def test_an_answer_that_is_not_what_its_handler_declares_is_an_error(server, node):
+    def wrong() -> int:
+        return "three"  # type: ignore[return-value]
+
+    server.verb("wrong", wrong)
+    with pytest.raises(RpcError, match="field answer: expected int, got str 'three'"):
+        node.call(PORT, "wrong")
+
+
+def test_every_question_gets_its_own_answer(server, node):
+    server.verb("square", lambda value: value * value)
+    assert [node.call(PORT, "square", {"value": k}) for k in range(100)] == [
+        k * k for k in range(100)
+    ]
+
+
+def test_an_answer_arrives_although_its_server_leaves_at_once(hub, node):
+    for k in range(10):
+        with Node("brief", connect=hub, signals=False) as brief:
+            brief.verb("bye", lambda brief=brief, k=k: brief.stop() or k)
+            brief.ready()
+            answers = []
+            asking = threading.Thread(target=lambda a=answers: a.append(attempt_on(node)))
+            asking.start()
+            while brief.running:
+                brief.wait(0.05)
+        asking.join()
+        assert answers == [k]
+
+
+def attempt_on(node):
+    return node.call("/brief/rpc:i", "bye", timeout=30.0)
+
+
+def test_who_asks_a_server_that_never_answers_gets_on(server, node):
+    server.verb("never", Pending)
+    for _ in range(3):
+        with pytest.raises(RpcTimeout, match=r"never: no answer within 0\.1 s"):
+            node.call(PORT, "never", timeout=0.1)
+    assert node.call(PORT, "status")["service"] == "server"
+
+
+def test_a_handler_that_is_slow_holds_up_no_messages(start, node):
+    """Messages are kept for the service meanwhile; it goes on with the newest ones."""
+    start("tests.bus.toys", service="toy")
+    out = node.output("/test/out:o", Number, rate=100.0)
+    answers = node.input("/test/in:i", Number, source="/toy/out:o", depth=256)
+    node.ready()
+    eventually(lambda: out.matched and node.directory.leader("/toy/out:o"))
+    with pytest.raises(RpcTimeout):
+        node.call("/toy/rpc:i", "hang", {"seconds": 0.5}, timeout=0.1)
+    worst = 0.0
+    for k in range(50):
+        began = time.monotonic()
+        out.write(Number(value=float(k)))
+        worst = max(worst, time.monotonic() - began)
+    assert worst < 1.0
+    eventually(lambda: (r := answers.read()) and r.envelope.valid and r.data.value == 98.0)

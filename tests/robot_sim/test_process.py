@@ -120,7 +120,7 @@ def test_a_push_begins_at_the_stamp_that_was_answered(start, observer):
         ("push", {"link": "chest"}, "force"),
         ("release", {"push_id": 99}, "push 99 does not act now"),
         ("step", {"ticks": 0}, "ticks must be a whole number"),
-        ("base", {"mode": "flying"}, "mode must be one of free, fixed"),
+        ("base", {"mode": "flying"}, "expected 'free' or 'fixed'"),
         ("motion", {"name": "dance"}, "no motion 'dance'"),
         ("profile", {"name": "idael"}, "did you mean 'ideal'"),
         ("param", {"action": "set", "name": "truth", "value": False}, "only profile can change"),
