@@ -4,13 +4,14 @@ A claim is one request to the hub with the tokens that the claimant wants to
 declare. The hub grants all of them or none, and remembers a grant until the
 token stands, so of simultaneous claimants exactly one wins. When two stand on a
 name all the same (the hub was restarted, a network was cut), the lower (epoch,
-source) resigns by itself.
+source) resigns by itself. A take-over claims the names in a higher epoch.
 """
 
 import threading
 import time
 from collections.abc import Callable
 from datetime import datetime
+from typing import Any
 
 import zenoh
 from zenoh.handlers import Callback
@@ -24,23 +25,55 @@ from bus.tokens import PORT, Token
 CLAIM, PEERS = "@wb/hub/claim", "@wb/hub/peers"
 GRANT = 2.0  # s for which a granted name waits for its token
 PATIENCE = 0.3  # s for which a taken name is asked for again
+SETTLE = 0.4  # s for which a claim without a hub waits for others
+YOUNG = 0.1  # s
+ALONE = 1.0  # s without a link to a hub after which peers agree on names among themselves
 MEET = 0.5  # s for which we wait to be linked with all peers
 MAX_REQUEST = 1 << 20  # bytes
 
 
-def claim(session: zenoh.Session, tokens: list[Token], asker: "Asker") -> None:
-    """Return when the hub grants all names; raise NameTaken, or BusError when no hub answers.
+def claim(
+    session: zenoh.Session, tokens: list[Token], asker: "Asker", take_over: bool = False
+) -> list[Token]:
+    """Return the tokens as granted by the hub; raise NameTaken, or BusError when none answers.
 
-    A name is asked for again for a moment: its former owner may just have gone.
+    A name is asked for again for a moment: its former owner may just have gone. With
+    ``take_over`` names that others have are claimed in an epoch above theirs.
     """
-    payload = pack([token.key() for token in tokens])
     started = time.monotonic()
-    while taken := asker.ask(session, CLAIM, payload):
+    while taken := asker.ask(session, CLAIM, pack([token.key() for token in tokens])):
         owners = [token for key, _ in taken if (token := Token.parse(key)) is not None]
         patience = PATIENCE + (GRANT if any(granted for _, granted in taken) else 0.0)
         if time.monotonic() > started + patience:
             raise NameTaken(_describe_all(owners))
-        time.sleep(0.02)
+        if take_over:
+            tokens = above(tokens, owners)
+        else:
+            time.sleep(0.02)
+    return tokens
+
+
+def above(tokens: list[Token], owners: list[Token]) -> list[Token]:
+    """Return the tokens in epochs above those of the present owners of their names."""
+    highest = {token.name: token.epoch - 1 for token in tokens}
+    for owner in owners:
+        highest[owner.name] = max(highest[owner.name], owner.epoch)
+    return [token._replace(epoch=highest[token.name] + 1) for token in tokens]
+
+
+def claim_among_peers(
+    tokens: list[Token], owner_of: Callable[[str], Token | None], take_over: bool = False
+) -> list[Token]:
+    """Return the tokens to declare where no hub answers; raise NameTaken.
+
+    Who is seen keeps the name. Of two that claim it at once both declare, and the
+    lower resigns: so write nothing before `SETTLE` has passed.
+    """
+    time.sleep(YOUNG)  # a young session does not see everybody yet
+    owners = [owner for token in tokens if (owner := owner_of(token.name)) is not None]
+    if owners and not take_over:
+        raise NameTaken(_describe_all(owners))
+    return above(tokens, owners)
 
 
 def meet_peers(session: zenoh.Session, asker: "Asker") -> None:
@@ -48,12 +81,19 @@ def meet_peers(session: zenoh.Session, asker: "Asker") -> None:
 
     Until then what we write would miss some, and what they write would miss us.
     """
-    others = set(asker.ask(session, PEERS, b"")) - {str(session.zid())}
+    try:
+        others = set(asker.ask(session, PEERS, b"")) - {str(session.zid())}
+    except HubAbsent:
+        return
     deadline = time.monotonic() + MEET
     while not others <= {str(peer) for peer in session.info.peers_zid()}:
         if time.monotonic() > deadline:  # somebody is stopped, or came and went
             return
         time.sleep(0.005)
+
+
+class HubAbsent(BusError):
+    """There is no hub, but there are peers."""
 
 
 class Asker:
@@ -62,10 +102,11 @@ class Asker:
     def __init__(self, where: str, timeout: float, running: Callable[[], bool]):
         self._where = where
         self._timeout = timeout
+        self._alone_at = time.monotonic() + ALONE
         self._deadline = time.monotonic() + timeout
         self._running = running
 
-    def ask(self, session: zenoh.Session, key: str, payload: bytes) -> list:
+    def ask(self, session: zenoh.Session, key: str, payload: bytes) -> Any:
         """Return the hub's answer."""
         pause = 0.001
         while True:
@@ -75,16 +116,26 @@ class Asker:
             if request.values:
                 return request.values[0]
             self._check(request)
+            if self._is_absent(session):
+                raise HubAbsent(f"no hub at {self._where}")
             time.sleep(pause)  # the link to the hub comes within milliseconds, when there is one
             pause = min(2 * pause, 0.05)
 
+    def _is_absent(self, session: zenoh.Session) -> bool:
+        info = session.info
+        return (
+            time.monotonic() > self._alone_at
+            and not list(info.routers_zid())
+            and bool(list(info.peers_zid()))
+        )
+
     def _check(self, request: Request) -> None:
         if not self._running():
-            raise BusError("asked to end before the names were granted")
+            raise BusError("asked to end before the hub answered")
         if time.monotonic() >= self._deadline:
             trouble = request.trouble() or "is it running?"
             raise BusError(
-                f"no hub at {self._where} granted the names within {self._timeout:g} s: {trouble}"
+                f"no hub at {self._where} answered within {self._timeout:g} s: {trouble}"
             )
 
 
@@ -173,10 +224,10 @@ class Arbiter:
         others = [
             (other.key(), False)
             for other in self._standing.get(place, {}).values()
-            if other.source != token.source
+            if other.source != token.source and other.epoch >= token.epoch
         ]
         granted, until = self._granted.get(place, (token, 0.0))
-        if granted.source != token.source and until > now:
+        if granted.source != token.source and granted.epoch >= token.epoch and until > now:
             others.append((granted.key(), True))
         return others
 

@@ -56,7 +56,7 @@ class Freshness:
         exists: Callable[[str], bool],
     ):
         self.limit = max(PERIODS / rate, LEAST) if rate else 0.0  # s
-        self._names = names
+        self.names = names  # of the ports that are read
         self._clock = clock
         self._exists = exists
         self._arrival = 0  # monotonic [ns], 0 before the first
@@ -99,11 +99,11 @@ class Freshness:
         """Why the stream is not fresh, or nothing."""
         if self.fresh:
             return ""
-        name = " or ".join(self._names)
+        name = " or ".join(self.names)
         if self._late:
             return f"data on {name} come {self._lateness.seconds * 1e3:.0f} ms late"
         if self._arrival:
             return f"no data on {name} for {self.silence * 1e3:.0f} ms"
-        if not any(map(self._exists, self._names)):
+        if not any(map(self._exists, self.names)):
             return f"nobody writes {name}"
         return f"no data on {name} yet"

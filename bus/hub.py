@@ -3,6 +3,7 @@
 import argparse
 import logging
 import sys
+from pathlib import Path
 
 import zenoh
 
@@ -12,6 +13,7 @@ from bus.errors import BusError
 from bus.node import Node
 from bus.session import open_session
 from bus.signals import stop_flag
+from bus.wishes import WishServer, state_directory
 
 DEFAULT_PORT = 7512  # not Zenoh's own 7447, which a ROS router may hold
 SETTLE = 0.7  # s after a start in which peers of a former hub come back before names are granted
@@ -31,6 +33,9 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument(
         "--settle", type=float, default=SETTLE, help="s without grants at the start"
     )
+    parser.add_argument(
+        "--state", metavar="DIR", help="where connections are kept for good (default: this user's)"
+    )
     parser.add_argument("--no-announce", action="store_true", help="leave the runtime directory be")
     parser.add_argument("--log-level", default="WARNING")
     return parser
@@ -42,6 +47,7 @@ def run(options: argparse.Namespace) -> None:
         *("router", (), [options.listen], "", options.config, options.insecure),
     )
     arbiter = Arbiter(session, options.settle)
+    wishes = WishServer(session, _state(options))
     entry = None
     try:
         with Node(
@@ -55,8 +61,16 @@ def run(options: argparse.Namespace) -> None:
     finally:
         if entry is not None:
             runtime_directory.remove(entry)
+        wishes.close()
         arbiter.close()
         session.close()
+
+
+def _state(options: argparse.Namespace) -> Path | None:
+    """Return where wishes are kept: a hub that nobody is told of keeps them in memory."""
+    if options.state:
+        return Path(options.state)
+    return None if options.no_announce else state_directory()
 
 
 def main() -> int:

@@ -3,6 +3,7 @@
 import logging
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -11,9 +12,9 @@ from bus.counters import InputStatistics, Meter
 from bus.decoder import Decoder
 from bus.directory import Directory
 from bus.envelope import Received, new_source
-from bus.errors import WireError
+from bus.errors import BusError, WireError
 from bus.freshness import Freshness
-from bus.names import StreamKind, key_of, stream_key
+from bus.names import StreamKind, check_name, key_of, stream_key
 from bus.output import MAX_MESSAGE
 from bus.receivers import Delivery, Poll
 from bus.sample_queue import SampleQueue
@@ -72,14 +73,12 @@ class Input:
         self._meter = Meter()
         if stream == "bundled" and not polled:
             raise ValueError(f"{name}: only a polled input can read a bundled stream")
-        keys = [(stream_key(source, stream), source) for source in self.sources]
-        arguments = [
-            (session, directory, *key, self._samples, max_message)
-            for key in (*keys, (key_of(name), None))
-        ]
-        bundled = stream == "bundled"
-        self._polls = [Poll(*a, ring=depth, bundled=bundled) for a in arguments if polled]
-        self._receivers = self._polls or [Delivery(*a, wake=waiter.wake) for a in arguments]
+        self._stream: StreamKind = stream
+        self._polled, self._resting, self._depth = polled, False, depth
+        self._receive = partial(self._receiver, session, waiter)
+        self._own = self._receive(key_of(name), None)
+        self._receivers = {each: self._receive_from(each) for each in self.sources}
+        self._read_from(*self._receivers)
 
     def read(self) -> Received | None:
         """Return the next message, or None when there is none; bad ones are skipped."""
@@ -98,6 +97,21 @@ class Input:
         while (received := self.read()) is not None:
             newest = received
         return newest
+
+    def connect(self, source: str) -> None:
+        """Read one port more; nothing changes when it is read already."""
+        if source not in self._receivers:
+            self._receivers[source] = self._receive_from(check_name(source))
+            self._read_from(*self._receivers)
+
+    def disconnect(self, source: str) -> None:
+        """Read a port no more; raise BusError when it is not read."""
+        receiver = self._receivers.pop(source, None)
+        if receiver is None:
+            listed = ", ".join(self.sources) or "nothing"
+            raise BusError(f"{self.name} does not read {source}; it reads {listed}")
+        receiver.close()
+        self._read_from(*self._receivers)
 
     @property
     def fresh(self) -> bool:
@@ -129,6 +143,9 @@ class Input:
             "hz": self._meter.rate(self._statistics.received),
             "fresh": self.fresh,
             "reason": self.reason,
+            "max_message": self._max_message,
+            "queue": {"depth": self._depth, "mode": "fifo" if self._depth > 1 else "newest"},
+            "stream": self._stream,
         }
 
     @property
@@ -141,8 +158,9 @@ class Input:
 
         What is missed meanwhile is not counted as lost.
         """
-        for poll in self._polls:
-            poll.rest(resting)
+        self._resting = resting
+        for receiver in self._receivers.values():
+            receiver.rest(resting)
         self._sequences = Sequences()
 
     def stand(self) -> None:
@@ -153,13 +171,33 @@ class Input:
 
     def close(self) -> None:
         """Receive no more; threads end."""
-        for receiver in self._receivers:
+        for receiver in self._all:
             receiver.close()
 
+    def _receive_from(self, source: str) -> Poll | Delivery:
+        receiver = self._receive(stream_key(source, self._stream), source)
+        receiver.rest(self._resting)
+        return receiver
+
+    def _receiver(
+        self, session: zenoh.Session, waiter: Waiter, key: str, origin: str | None
+    ) -> Poll | Delivery:
+        arguments = session, self._directory, key, origin, self._samples, self._max_message
+        if self._polled:
+            return Poll(*arguments, ring=self._depth, bundled=self._stream == "bundled")
+        return Delivery(*arguments, wake=waiter.wake)
+
+    def _read_from(self, *sources: str) -> None:
+        self._all = [self._own, *self._receivers.values()]
+        self.sources = sources
+        self._freshness.names = sources or (self.name,)
+
     def _poll(self) -> tuple | None:
-        for poll in self._polls:
-            poll.collect()
-        return self._samples.pop() if self._polls else None
+        if not self._polled:
+            return None
+        for receiver in self._all:
+            receiver.collect()
+        return self._samples.pop()
 
     def _accept(
         self,

@@ -9,6 +9,7 @@ from typing import Any
 
 from bus import runtime_directory
 from bus.clock import Clock, SessionClock
+from bus.connector import Connector
 from bus.directory import Directory
 from bus.errors import BusError
 from bus.freshness import Freshness
@@ -43,6 +44,7 @@ class Node:
         clock_port: The simulated clock to follow, as in ``/icub/clock:o``.
         lockstep: Acknowledge stamps to the plant, and never judge by wall time.
         insecure: Allow endpoints that leave this machine without protection.
+        take_over: Take names from those who have them, who then end.
         signals: Let SIGTERM and SIGINT end this node (main thread only).
     """
 
@@ -56,6 +58,7 @@ class Node:
         clock_port: str | None = None,
         lockstep: bool = False,
         insecure: bool = False,
+        take_over: bool = False,
         signals: bool = True,
         parameters: Parameters | None = None,
     ):
@@ -79,20 +82,25 @@ class Node:
         _close_before_joining_threads(self)
         self._signals = signals and stop_flag.install()
         try:
-            self._open(clock_port, lockstep)
+            self._open(clock_port, lockstep, take_over)
         except BaseException:
             self.close()
             raise
 
-    def _open(self, clock_port: str | None, lockstep: bool) -> None:
+    def _open(self, clock_port: str | None, lockstep: bool, take_over: bool) -> None:
         self.owner = Owner.this_process(self.name, str(self.session.zid()))
-        self.ports = PortTable(self.session, self.owner, self.endpoint, lambda: self.running)
+        self.ports = PortTable(
+            *(self.session, self.owner, self.endpoint, lambda: self.running),
+            *(lambda name: self.directory.owner(name), take_over),
+        )
         self._parts = [self.ports]
         self.directory = Directory(self.session, self._on_port)
         information = InformationServer(self.session, self.owner.node, self.ports)
         self._parts += [self.directory, information]
         self._rpc_name = f"/{self.name}/rpc:i"
         self.rpc(self._rpc_name, {})
+        self.verb("terminate", self.stop, "end this service, as SIGTERM does")
+        Connector(self)
         self.lockstep = Participant(self, lockstep)
         if clock_port is not None:
             self.follow_clock(clock_port)

@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -50,8 +51,12 @@ class Output:
         self.statistics = OutputStatistics()
         self.owned = name.endswith(":o")
         self.standing = not self.owned
-        self._encoder = Encoder(message_type, self.source, self.epoch, model, dimensions)
+        self._encode_in = partial(
+            Encoder, message_type, self.source, model=model, dimensions=dimensions
+        )
+        self._encoder = self._encode_in(self.epoch)
         self._max_message = max_message
+        self._reliable = reliable
         self._now = now or (lambda: (time.time_ns(), WALL))
         self._lock = threading.Lock()
         self._meter = Meter()
@@ -135,6 +140,8 @@ class Output:
             "statistics": self.statistics.as_map(),
             "hz": self._meter.rate(self.statistics.written),
             "wanted_hz": self._wanted_hz(),
+            "max_message": self._max_message,
+            "reliable": self._reliable,
         }
 
     @property
@@ -143,7 +150,9 @@ class Output:
         return type_name(self.type)
 
     def stand(self) -> None:
-        """The name is ours: write from now on."""
+        """The name is ours: write from now on, in the epoch in which it was claimed."""
+        if self.epoch:
+            self._encoder = self._encode_in(self.epoch)
         self.standing = True
 
     def fall(self) -> None:

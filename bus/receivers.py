@@ -45,6 +45,12 @@ class Receiver:
     def _subscribe(self) -> zenoh.Subscriber:
         return self._session.declare_subscriber(self._key, self._handler)
 
+    def rest(self, resting: bool) -> None:
+        """Receive nothing for a while, or go on; only who polls can rest."""
+
+    def collect(self) -> None:
+        """Move what has come into the queue, where that is not done as it comes."""
+
     def close(self) -> None:
         """Receive no more."""
         self._subscriber.undeclare()

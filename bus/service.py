@@ -87,6 +87,7 @@ def parser(name: str, module: str = "") -> argparse.ArgumentParser:
     add("-c", "--config", metavar="FILE", help="Zenoh configuration (JSON5)")
     add("--namespace", help="prefix of all keys")
     add("--insecure", action="store_true", help="allow other machines without protection")
+    add("--take-over", action="store_true", help="take the names from a process that has them")
     add("--log-level", default="warning", help="debug, info, warning or error")
     return result
 
@@ -111,6 +112,7 @@ def _run(main: Main, settings: BaseModel, options: argparse.Namespace, clock_por
         clock_port=port,
         lockstep=bool(getattr(settings, "lockstep", False)),
         insecure=options.insecure,
+        take_over=options.take_over,
         parameters=Parameters(settings),
     ) as node:
         node.on_ready.append(_freeze)

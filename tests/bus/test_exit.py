@@ -49,7 +49,7 @@ def finish(process, case):
         ("signal_in_a_call", 1, "asked to end while waiting for /ending/extra/rpc:i"),
         ("daemon_thread_reads", 0, ""),
         ("writes_until_the_end", 0, ""),
-        ("without_a_hub", 1, "no hub at tcp/127.0.0.1:9 granted the names within 0.3 s"),
+        ("without_a_hub", 1, "no hub at tcp/127.0.0.1:9 answered within 0.3 s"),
     ],
 )
 def test_a_process_ends_by_itself(hub, case, status, error):
@@ -74,7 +74,7 @@ def test_a_signal_ends_the_wait_for_a_hub(hub):
     process = run("stopped_before_ready", hub)
     process.send_signal(signal.SIGTERM)
     status, errors = finish(process, "stopped_before_ready")
-    assert status == 1 and "asked to end before the names were granted" in errors
+    assert status == 1 and "asked to end before the hub answered" in errors
 
 
 def test_a_process_ends_although_a_peer_is_stopped(hub, start):

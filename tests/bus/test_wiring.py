@@ -1,0 +1,158 @@
+"""Connections are changed at run time by anybody, and those that are wished for good come back."""
+
+import contextlib
+import json
+
+import pytest
+
+from bus import BusError, Node
+from bus.errors import RpcError
+from bus.testing import eventually, running_hub
+from bus.wiring import Connection, connect, connections, disconnect, forget
+from bus.wishes import Wishes
+from tests.bus.messages import Mixed, Number
+
+TOY = "tests.bus.toys"
+SINK = "/toy/in:i"
+
+
+@contextlib.contextmanager
+def writer(hub, name="/other/out:o", message=Number):
+    """A place on the bus with one output that stands."""
+    with Node("writer", connect=hub, signals=False) as opened:
+        out = opened.output(name, message)
+        opened.ready()
+        yield out
+
+
+def doubled(node, out, inp, value):
+    """Write a number until its double comes out of the toy."""
+
+    def came():
+        out.write(Number(value=value))
+        node.wait(0.01)
+        received = inp.newest()
+        return received and received.envelope.valid and received.data.value == 2 * value
+
+    return eventually(came, 30.0, f"{2 * value} from the toy")
+
+
+def sources(node):
+    """Return what the toy reads, as everybody sees it."""
+    return list(node.directory.owner(SINK).sources)
+
+
+def test_a_third_party_connects_and_disconnects_two_ports(start, hub, node):
+    start(TOY)
+    inp = node.input("/test/in:i", Number, source="/toy/out:o")
+    node.ready()
+    with writer(hub) as out:
+        told = connect(node, "/other/out:o", SINK)
+        assert told == {"sink": SINK, "sources": ["/test/out:o", "/other/out:o"]}
+        doubled(node, out, inp, 4.0)
+        assert connect(node, "/other/out:o", SINK) == told, "a second time changes nothing"
+        eventually(lambda: sources(node) == told["sources"])
+        assert Connection("/other/out:o", SINK, False) in connections(node)
+        disconnect(node, "/other/out:o", SINK)
+        eventually(lambda: not out.matched)
+        eventually(lambda: sources(node) == ["/test/out:o"])
+
+
+def test_a_connection_survives_the_restart_of_its_output(start, hub, node):
+    start(TOY)
+    inp = node.input("/test/in:i", Number, source="/toy/out:o")
+    node.ready()
+    with writer(hub) as out:
+        connect(node, "/other/out:o", SINK)
+        doubled(node, out, inp, 1.0)
+    with writer(hub) as out:
+        doubled(node, out, inp, 2.0)
+
+
+def test_a_persistent_connection_survives_the_restart_of_its_input(start, hub, node):
+    inp = node.input("/test/in:i", Number, source="/toy/out:o")
+    node.ready()
+    first = start(TOY)
+    with writer(hub) as out:
+        connect(node, "/other/out:o", SINK, persist=True)
+        disconnect(node, "/test/out:o", SINK, persist=True)
+        first.stop()
+        start(TOY)
+        eventually(lambda: sources(node) == ["/other/out:o"])
+        doubled(node, out, inp, 3.0)
+        forget(node, "/other/out:o", SINK)
+        forget(node, "/test/out:o", SINK)
+        assert Connection("/other/out:o", SINK, False) in connections(node)
+
+
+def test_a_persistent_connection_may_be_wished_before_its_ports_exist(start, hub, node):
+    inp = node.input("/test/in:i", Number, source="/toy/out:o")
+    node.ready()
+    assert connect(node, "/other/out:o", SINK, persist=True) == {"sink": SINK, "sources": []}
+    assert Connection("/other/out:o", SINK, True) in connections(node)
+    start(TOY)
+    with writer(hub) as out:
+        doubled(node, out, inp, 5.0)
+    forget(node, "/other/out:o", SINK)
+
+
+def test_what_cannot_be_connected_is_refused_with_what_exists(start, hub, node):
+    start(TOY)
+    node.ready()
+    with writer(hub, "/other/mixed:o", Mixed):
+        with pytest.raises(BusError, match="unknown port /tow/in:i .did you mean /toy/in:i"):
+            connect(node, "/toy/out:o", "/tow/in:i", timeout=0.5)
+        with pytest.raises(BusError, match="carries Mixed/1, /toy/in:i reads Number/1"):
+            connect(node, "/other/mixed:o", SINK)
+        with pytest.raises(BusError, match="is an rpc port, expected an input"):
+            connect(node, "/toy/out:o", "/toy/rpc:i")
+        with pytest.raises(BusError, match="ends in :i"):
+            connect(node, "/toy/out:o", "/toy/out:o")
+        with pytest.raises(RpcError, match="does not read /toy/out:o; it reads /test/out:o"):
+            disconnect(node, "/toy/out:o", SINK)
+
+
+def test_a_polled_and_a_resting_input_are_rewired_too(hub, node):
+    inp = node.input("/test/in:i", Number, depth=8, polled=True)
+    with writer(hub) as out:
+        node.ready()
+        inp.rest(True)
+        inp.connect("/other/out:o")
+        assert not out.matched
+        inp.rest(False)
+        eventually(lambda: out.matched)
+        out.write(Number(value=1.0))
+        eventually(lambda: inp.newest())
+
+
+def test_wishes_outlive_the_hub(tmp_path):
+    path = tmp_path / "state" / "lab.json"
+    Wishes(path).answer(["set", "/a:i", "/b:o", True])
+    again = Wishes(path)
+    assert again.answer(["of", ["/a:i", "/c:i"]]) == {"/a:i": {"/b:o": True}}
+    again.answer(["forget", "/a:i", "/b:o"])
+    assert json.loads(path.read_text()) == {}
+
+
+def test_a_spoilt_file_of_wishes_is_left_alone(tmp_path):
+    path = tmp_path / "lab.json"
+    path.write_text("{not json")
+    Wishes(path).answer(["set", "/a:i", "/b:o", True])
+    assert path.read_text() == "{not json"
+
+
+@pytest.mark.parametrize("request_", [None, [], ["set", "/a:i", "/b:o", "yes"], ["of", 3], {}])
+def test_bad_requests_to_the_hub_are_refused(request_):
+    with pytest.raises(ValueError, match="expected all, of, set or forget"):
+        Wishes().answer(request_)
+
+
+def test_two_namespaces_have_wishes_of_their_own():
+    with running_hub() as endpoint:
+        with (
+            Node("a", connect=endpoint, namespace="one", signals=False) as one,
+            Node("a", connect=endpoint, namespace="two", signals=False) as two,
+        ):
+            connect(one, "/x:o", "/y:i", persist=True)
+            assert connections(one) == [Connection("/x:o", "/y:i", True)]
+            assert connections(two) == []
