@@ -10,6 +10,7 @@ import zenoh
 from bus import runtime_directory
 from bus.claims import Arbiter
 from bus.errors import BusError
+from bus.logs import BusLog
 from bus.node import Node
 from bus.session import open_session
 from bus.signals import stop_flag
@@ -53,6 +54,7 @@ def run(options: argparse.Namespace) -> None:
         with Node(
             "hub", connect=options.listen, namespace=options.namespace, insecure=options.insecure
         ) as node:
+            BusLog(node)
             node.ready()
             if not options.no_announce:
                 entry = runtime_directory.announce(options.listen, options.namespace)

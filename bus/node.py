@@ -73,6 +73,7 @@ class Node:
         self._waiter = Waiter()
         self._servers: list[RpcServer] = []
         self.on_ready: list[Callable[[], None]] = []
+        self.on_close: list[Callable[[], None]] = []
         self.beats: list[Callable[[], None]] = []  # called at every wait
         self.parameters = parameters or Parameters()
         self.clock = SessionClock(lockstep)
@@ -268,6 +269,8 @@ class Node:
             self._close()
 
     def _close(self) -> None:
+        for callback in self.on_close:
+            callback()
         for part in self._parts:
             part.close()
         self.session.close()

@@ -16,6 +16,7 @@ from pydantic import BaseModel
 
 from bus.configuration import ConfigurationError, load
 from bus.errors import BusError
+from bus.logs import BusLog
 from bus.node import Node
 from bus.parameters import Parameters
 from bus.signals import stop_flag
@@ -96,6 +97,8 @@ def _prepare(log_level: str) -> None:
     level = logging.getLevelNamesMapping().get(log_level.upper(), logging.WARNING)
     line = "%(levelname)s %(name)s: %(message)s"
     logging.basicConfig(stream=sys.stderr, level=level, format=line)
+    for handler in logging.getLogger().handlers:
+        handler.setLevel(level)  # the bus hears of more than standard error shows
     zenoh.init_log_from_env_or("error")
     sys.setswitchinterval(SWITCH_INTERVAL)
     faulthandler.register(signal.SIGUSR1)  # kill -USR1 shows where a service hangs
@@ -115,6 +118,7 @@ def _run(main: Main, settings: BaseModel, options: argparse.Namespace, clock_por
         take_over=options.take_over,
         parameters=Parameters(settings),
     ) as node:
+        BusLog(node)
         node.on_ready.append(_freeze)
         try:
             main(node, settings)

@@ -35,7 +35,7 @@ def test_a_second_process_of_a_service_exits_with_one_line(start, hub):
     try:
         assert second.popen.wait(60) == 1
         pattern = (
-            r"toy: the names /toy/rpc:i, /toy/in:i, /toy/out:o and 1 more are taken by toy .*\n"
+            r"toy: the names /toy/rpc:i, /toy/log:o, /toy/in:i and 2 more are taken by toy .*\n"
         )
         assert re.fullmatch(pattern, second.output)
     finally:

@@ -1,5 +1,6 @@
 """Small services that the tests of the bus start as processes: ``python -m tests.bus.toys``."""
 
+import logging
 import threading
 import time
 
@@ -8,6 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from bus import Input, Node, Pending
 from bus.service import serve
 from tests.bus.messages import Mixed, Number
+
+logger = logging.getLogger("tests.bus.toys")
 
 
 class Settings(BaseModel):
@@ -31,6 +34,7 @@ def main(node: Node, settings: Settings) -> None:
     node.verb("later", Later(node).ask)
     node.verb("hang", lambda seconds=1.0: time.sleep(seconds))
     node.verb("crash", crash)
+    node.verb("say", say)
     if settings.fail:
         raise ValueError(settings.fail)
     node.ready()
@@ -66,6 +70,11 @@ class Later:
 def crash() -> None:
     """Raise."""
     raise KeyError("no such thing")
+
+
+def say(level: str, text: str) -> None:
+    """Log a line."""
+    logger.log(logging.getLevelNamesMapping()[level.upper()], text)
 
 
 if __name__ == "__main__":
