@@ -31,6 +31,7 @@ class InputStatistics:
     dropped: int = 0  # pushed out of this input's queue by newer ones
     refused: int = 0  # bad bytes, types, shapes, numbers, model or size
     foreign: int = 0  # from a writer that does not own the name
+    late: int = 0  # so late that fresher ones must be behind them
     repeated: int = 0  # sequence numbers that did not rise
 
     def as_map(self) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 from bus.clock import SessionClock
 from bus.envelope import Received
+from bus.session import LEASE
 
 PERIODS = 10  # a stream is stale after so many nominal periods without a message ...
 LEAST = 0.02  # ... but not before this many seconds
@@ -17,19 +18,19 @@ class Lateness:
 
     After a stop of the reader, or on a slow link, messages come in good number and
     are old all the same. Writer and reader may have different clocks, so only the
-    difference to the least delay counts; a jump of a clock is forgotten in seconds.
+    difference to the least delay counts. A clock that is set back begins anew.
     """
 
     def __init__(self) -> None:
         self.seconds = 0.0
-        self._source = b""
+        self._source, self._sent = b"", 0
         self._least = self._before = 0
         self._renewal = 0
 
     def arrived(self, source: bytes, sent: int, arrival: int) -> None:
         """Note a message; times in ns, each of one clock."""
         delay = arrival - sent
-        if source != self._source:
+        if source != self._source or sent < self._sent:
             self._source, self._least, self._before = source, delay, delay
             self._renewal = arrival + _MEMORY
         elif arrival > self._renewal:
@@ -37,6 +38,7 @@ class Lateness:
             self._renewal = arrival + _MEMORY
         elif delay < self._least:
             self._least = delay
+        self._sent = sent
         self.seconds = (delay - min(self._least, self._before)) * 1e-9
 
 
@@ -63,11 +65,18 @@ class Freshness:
         self._opened = time.monotonic_ns()
         self._lateness = Lateness()
 
-    def arrived(self, received: Received) -> None:
-        """Note a message."""
+    def arrived(self, received: Received) -> bool:
+        """Note a message; return whether it is worth reading.
+
+        What comes so late that its writer had given us up was kept for us by the
+        system while we were stopped: fresh data are behind it.
+        """
         envelope = received.envelope
-        self._arrival = received.arrival
         self._lateness.arrived(envelope.source, envelope.sent, received.arrival)
+        if self._lateness.seconds > LEASE and not self._clock.lockstep:
+            return False
+        self._arrival = received.arrival
+        return True
 
     @property
     def silence(self) -> float:

@@ -84,11 +84,14 @@ class Input:
         """Return the next message, or None when there is none; bad ones are skipped."""
         while (item := self._samples.pop() or self._poll()) is not None:
             received = self._accept(*item)
-            if received is not None:
+            if received is None:
+                continue
+            # when a polled message came is not known, so it cannot be called late
+            if self._freshness.arrived(received) or self._polled:
                 self.latest = received
                 self._statistics.received += 1
-                self._freshness.arrived(received)
                 return received
+            self._statistics.late += 1
         return None
 
     def newest(self) -> Received | None:
