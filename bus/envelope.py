@@ -4,6 +4,9 @@ import os
 import time
 from typing import Any, NamedTuple
 
+from bus.errors import WireError
+from bus.packing import unpack
+
 WALL, SIMULATED = 0, 1
 
 
@@ -45,3 +48,17 @@ def new_source() -> bytes:
 def opened_at(source: bytes) -> int:
     """Return the wall time at which a source was opened [ns]."""
     return int.from_bytes(source[:8], "big")
+
+
+_KINDS = (str, bytes, int, int, int, int, int, int, bool, str, str)
+
+
+def envelope_of(data: bytes) -> Envelope:
+    """Return the envelope of a message whose type is not known; raise WireError without one."""
+    try:
+        head = unpack(data)[: len(_KINDS)]
+    except (ValueError, TypeError) as error:
+        raise WireError(f"not a message: {error}") from None
+    if type(head) is not list or tuple(map(type, head)) != _KINDS or len(head[1]) != 16:
+        raise WireError("not a message: bad envelope")
+    return Envelope(*head)
