@@ -12,13 +12,14 @@ from bus.errors import BusError
 
 
 class Entry(NamedTuple):
-    """What the runner of a hub announces."""
+    """What is announced by who runs a hub, or services that use one of another machine."""
 
     endpoint: str
     namespace: str
     pid: int
     dashboard_url: str
     started: float  # wall time [s]
+    insecure: bool = False  # whoever started it here allowed links without protection
 
 
 def directory() -> Path:
@@ -26,13 +27,15 @@ def directory() -> Path:
     return Path(os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()) / "wrenchbus"
 
 
-def announce(endpoint: str, namespace: str = "", dashboard_url: str = "") -> Path:
+def announce(
+    endpoint: str, namespace: str = "", dashboard_url: str = "", insecure: bool = False
+) -> Path:
     """Write this process's entry (a second call replaces it); return its file."""
     folder = directory()
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     name = re.sub(r"[^A-Za-z0-9]+", "-", endpoint)
     file = folder / f"{os.getpid()}-{name}.json"
-    entry = Entry(endpoint, namespace, os.getpid(), dashboard_url, time.time())
+    entry = Entry(endpoint, namespace, os.getpid(), dashboard_url, time.time(), insecure)
     temporary = file.with_suffix(".tmp")
     temporary.write_text(json.dumps(entry._asdict()))
     temporary.replace(file)  # a reader sees the old entry or the new one, never half of one
@@ -75,9 +78,15 @@ def resolve(connect: str | None) -> tuple[str, str]:
     return entry.endpoint, entry.namespace
 
 
+def is_insecure(endpoint: str) -> bool:
+    """Whether somebody on this machine runs a part of the bus there, and allowed that."""
+    return any(entry.insecure for entry in entries() if entry.endpoint == endpoint)
+
+
 def _read(file: Path) -> Entry | None:
     try:
         fields = json.loads(file.read_text())
+        fields = {"insecure": False, **fields}
         return Entry(**{name: kind(fields[name]) for name, kind in Entry.__annotations__.items()})
     except (OSError, ValueError, TypeError, KeyError):
         return None

@@ -1,6 +1,7 @@
 """The one place that opens Zenoh sessions, with settings that were found to work."""
 
 import json
+import logging
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -8,7 +9,11 @@ from typing import Any
 
 import zenoh
 
+from bus import runtime_directory
 from bus.errors import BusError
+from bus.links import look_after_links
+
+logger = logging.getLogger(__name__)
 
 LEASE = 2.0  # s until a stopped process's names vanish; a killed one's vanish at once
 MAX_MESSAGE = 4 << 20  # bytes on any link; each port has a smaller limit of its own
@@ -17,6 +22,8 @@ LOOPBACK = "tcp/127.0.0.1:0"
 # One of Zenoh's threads waits for the links and reads them. By default two take turns in
 # reading and a third one waits: every message then wakes one thread more, a third of its cost.
 _RUNTIME = "(rx: (worker_threads: 1), net: (handover: rx), acc: (handover: rx))"
+
+_unprotected: list[str] = []  # endpoints of this process that leave the machine
 
 _SETTINGS = {
     "scouting/multicast/enabled": False,
@@ -27,7 +34,7 @@ _SETTINGS = {
     "open/return_conditions/connect_scouted": False,  # else up to 0.5 s; Node.ready meets the peers
     "connect/timeout_ms": -1,  # an absent hub is waited for in the background
     "connect/exit_on_failure": False,
-    "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2},
+    "connect/retry": {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 2},
     "transport/link/tx/queue/size/real_time": 16,  # with 2, express and DROP lose under load
     # a reader that does not take a reliable message within 20 ms is disconnected, not waited for
     "transport/link/tx/queue/congestion_control/block/wait_before_close": 20000,
@@ -49,8 +56,8 @@ def open_session(
     certificates anybody on the network could move the robot.
     """
     endpoints = [*connect, *listen]
-    if not insecure and zenoh_config is None:
-        check_local(endpoints)
+    if zenoh_config is None:
+        check_local(endpoints, insecure)
     os.environ.setdefault("ZENOH_RUNTIME", _RUNTIME)  # read when the first session opens
     settings: dict[str, Any] = {**_SETTINGS, "mode": mode}
     settings["connect/endpoints"], settings["listen/endpoints"] = list(connect), list(listen)
@@ -60,20 +67,39 @@ def open_session(
         config = zenoh.Config.from_file(str(zenoh_config)) if zenoh_config else zenoh.Config()
         for key, value in settings.items():
             config.insert_json5(key, json.dumps(value))
-        return zenoh.open(config)
+        session = zenoh.open(config)
     except (zenoh.ZError, ValueError, OSError) as error:
         raise BusError(f"cannot open the bus ({', '.join(endpoints)}): {error}") from error
+    look_after_links(session, LEASE)
+    return session
 
 
-def check_local(endpoints: Iterable[str]) -> None:
-    """Raise when an endpoint can be reached from, or reaches, another machine."""
-    for endpoint in endpoints:
-        if not is_local(endpoint):
+def check_local(endpoints: Iterable[str], insecure: bool = False) -> None:
+    """Raise when an endpoint can be reached from, or reaches, another machine.
+
+    ``insecure`` permits it; so does a bus that was announced on this machine as insecure.
+    Then it is said, once per process.
+    """
+    remote = [endpoint for endpoint in endpoints if not is_local(endpoint)]
+    for endpoint in remote:
+        if not (insecure or runtime_directory.is_insecure(endpoint)):
             raise BusError(
                 f"endpoint {endpoint} leaves this machine and nothing protects it: expected"
                 " tcp/127.0.0.1:PORT; pass --insecure to allow it, or a Zenoh configuration"
                 " (-c) with certificates"
             )
+    silent = not _unprotected
+    _unprotected.extend(endpoint for endpoint in remote if endpoint not in _unprotected)
+    if silent and remote:
+        logger.warning("%s", insecure_notice())
+
+
+def insecure_notice() -> str:
+    """Return what users must know about this process's unprotected links; empty when none."""
+    if not _unprotected:
+        return ""
+    listed = ", ".join(_unprotected)
+    return f"insecure: everybody on the network can read and move the robot ({listed})"
 
 
 def is_local(endpoint: str) -> bool:

@@ -1,0 +1,45 @@
+"""Links to other machines: a cut one holds up no other, and peers meet again after it.
+
+Zenoh lets ``close()`` linger for 10 s while something is unacknowledged, in the thread that
+reads all links of the session: one that was cut silences all the others until it is back
+(eclipse-zenoh/zenoh#1101, #2350). No setting changes that, but the sockets are ours.
+"""
+
+import zenoh
+from zenoh.handlers import Callback
+
+from bus.reunion import Reunion
+from bus.sockets import endpoint_address, let_go
+from bus.threads import adopt
+
+
+def look_after_links(session: zenoh.Session, patience: float) -> None:
+    """Do so for all links that a session has and will have.
+
+    Args:
+        session: A session that was opened just now.
+        patience: Seconds without an acknowledgement after which a connection is given up.
+    """
+    reunion = Reunion(session)
+
+    def on_link(event: zenoh.LinkEvent) -> None:
+        adopt()
+        if event.kind == zenoh.SampleKind.PUT and not _stays_here(event.link):
+            let_go(patience)
+            reunion.began(event.link)
+
+    def on_transport(event: zenoh.TransportEvent) -> None:
+        adopt()
+        if event.kind == zenoh.SampleKind.DELETE:
+            reunion.ended(str(event.transport.zid))
+
+    info = session.info  # the end of a link that failed is told as that of its transport only
+    info.declare_transport_events_listener(Callback(on_transport, indirect=False), history=True)
+    info.declare_link_events_listener(Callback(on_link, indirect=False), history=True)
+
+
+def _stays_here(link: zenoh.Link) -> bool:
+    """Whether a link does not leave this machine: nothing can be cut then."""
+    if not link.dst.startswith(("tcp/", "tls/")):
+        return True
+    return endpoint_address(link.src)[0] == endpoint_address(link.dst)[0]

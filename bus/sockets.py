@@ -1,0 +1,70 @@
+"""The TCP connections of this process, which Zenoh opens and gives no handle of."""
+
+import os
+import socket
+import stat
+import struct
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+DESCRIPTORS = Path("/proc/self/fd")  # Linux; elsewhere nothing is found
+LINGER = struct.Struct("ii")  # struct linger: on, seconds
+
+
+def endpoint_address(endpoint: str) -> tuple[str, int]:
+    """Return host and port of ``tcp/HOST:PORT``."""
+    host, _, port = endpoint.partition("/")[2].partition("#")[0].rpartition(":")
+    return host.strip("[]"), int(port)
+
+
+def let_go(patience: float) -> int:
+    """Let no connection linger when it is closed; return of how many that is new.
+
+    Args:
+        patience: After so many seconds without an acknowledgement the kernel gives a
+            connection up, instead of sending what is old by then.
+    """
+    return _each(lambda connection: _lingers(connection) and _set(connection, patience))
+
+
+def close_connection(own: tuple[str, int], other: tuple[str, int]) -> bool:
+    """End the connection between two addresses, as if the other side had; return if it was."""
+
+    def end(connection: socket.socket) -> bool:
+        found = connection.getsockname()[:2] == own and connection.getpeername()[:2] == other
+        if found:
+            connection.shutdown(socket.SHUT_RDWR)
+        return found
+
+    return _each(end) > 0
+
+
+def _each(action: Callable[[socket.socket], bool]) -> int:
+    """Do something to every connection; return how often it was done."""
+    if not DESCRIPTORS.is_dir():
+        return 0
+    return sum(_try(int(name), action) for name in os.listdir(DESCRIPTORS))
+
+
+def _try(descriptor: int, action: Callable[[socket.socket], bool]) -> bool:
+    """Do it to one descriptor, which may be closed, or become another, at any time."""
+    with suppress(OSError):
+        if stat.S_ISSOCK(os.fstat(descriptor).st_mode):
+            with socket.socket(fileno=os.dup(descriptor)) as connection:
+                if connection.family in (socket.AF_INET, socket.AF_INET6):
+                    return action(connection)
+    return False
+
+
+def _lingers(connection: socket.socket) -> bool:
+    value = connection.getsockopt(socket.SOL_SOCKET, socket.SO_LINGER, LINGER.size)
+    return LINGER.unpack(value)[0] != 0
+
+
+def _set(connection: socket.socket, patience: float) -> bool:
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, LINGER.pack(0, 0))
+    if hasattr(socket, "TCP_USER_TIMEOUT"):
+        timeout = int(1000 * patience)  # ms
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, timeout)
+    return True
