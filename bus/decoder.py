@@ -12,6 +12,7 @@ from bus.envelope import Envelope
 from bus.errors import WireError
 from bus.head import INT64, NUMBERS, TAGS, UINT64, pack_block_head, pack_prefix
 from bus.layout import CACHE_SIZE, FLOAT64, Plan, Shapes, read_layout
+from bus.packing import pack
 from bus.schema import Field, fields_of, type_name
 
 _KINDS = (str, bytes, int, int, int, int, int, int, bool, str, str, dict, tuple, bytes)
@@ -50,7 +51,7 @@ class Decoder:
         self._repeatable = all(field.simple for field in self._scalars)
         flat = self._scalars if self._repeatable else []
         self._lists = [field.name for field in flat if field.annotation.startswith("list")]
-        self._plans: dict[tuple, Plan] = {}
+        self._plans: dict[bytes, Plan] = {}
         self._known: _Known | None = None
         # a frozen __init__ sets each field by a call of its own, 1 us for a sensor frame
         self._plain = not {"__post_init__", "__slots__"} & set(dir(message_type))
@@ -89,7 +90,7 @@ class Decoder:
         envelope = Envelope._make(parts[:11])
         self._check_envelope(envelope)
         scalars, layout, block = parts[11:]
-        plan = self._plans.get(layout) or self._plan(layout)
+        plan = self._plans.get(pack(layout)) or self._plan(layout)  # packed, true is not 1
         if len(block) != 8 * plan.size:
             raise WireError(f"block: expected {8 * plan.size} bytes, got {len(block)}")
         constant = self._read_scalars(scalars, plan)
@@ -120,7 +121,7 @@ class Decoder:
                 raise WireError(f"field {field.name}: missing, got {sorted(names)}")
         if len(self._plans) >= CACHE_SIZE:
             self._plans.clear()
-        self._plans[layout] = plan
+        self._plans[pack(layout)] = plan
         return plan
 
     def _read_scalars(self, scalars: dict, plan: Plan) -> dict[str, Any]:

@@ -40,6 +40,16 @@ class Mixed:
     maybe: str | None = None
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Picture:
+    """One byte per pixel, row by row."""
+
+    TYPE: ClassVar[str] = "Picture/1"
+    height: int
+    width: int
+    pixels: bytes
+
+
 def mixed(n: int = 3, k: int = 2, **more: Any) -> Mixed:
     """Return a message with n joints and k sensors."""
     values = {
