@@ -1,5 +1,8 @@
 """The Enhanced Oriented Graph of a robot, as one Pinocchio model and constant matrices.
 
+This is the form on which the torque observer computes. ``enhanced_graph`` is the graph as
+the thesis draws it, to be read and followed link by link; both give the same answers.
+
 The kinematic tree is re-rooted at the inertial sensor and cut at its N force/torque
 sensors into N + 1 sub-trees (thesis of Fumagalli, sections 3.3 and 4.1). Each sub-tree
 bears one unknown external wrench, a massless leaf of the tree.
