@@ -1,8 +1,11 @@
 """Who is on the bus, and what the ports are doing."""
 
 import time
+from collections.abc import Callable, Iterable
 from typing import Any
 
+from bus.claims import Asker, meet_peers
+from bus.envelope import opened_at
 from bus.errors import BusError, RpcError
 from bus.information import INFORMATION
 from bus.names import did_you_mean, near_names
@@ -11,13 +14,36 @@ from bus.rpc import Request, result_of
 from bus.tokens import Token
 
 __all__ = [
+    "hear_all",
     "list_ports",
     "list_services",
     "near_names",
     "port_info",
+    "port_infos",
     "wait_for_port",
     "wait_for_service",
 ]
+
+
+QUIET = 0.15  # s without news after which everybody has been heard
+MEET = 2.0  # s
+
+
+def hear_all(node: Node, found: Callable[[], object] = lambda: None, timeout: float = 3.0) -> None:
+    """Return when ``found()``, or when everybody whom the hub knows has told its ports.
+
+    A node that has just been opened hears from the others one by one, and on a busy
+    machine slowly. Raises BusError when no hub answers.
+    """
+    if found():
+        return
+    if time.monotonic() < node.opened_at + MEET:
+        meet_peers(node.session, Asker(node.endpoint, MEET, lambda: node.running))
+    names, heard, deadline = -1, time.monotonic(), time.monotonic() + timeout
+    while not found() and node.running and time.monotonic() < min(heard + QUIET, deadline):
+        if (now := len(node.directory.names())) != names:
+            names, heard = now, time.monotonic()
+        time.sleep(0.005)
 
 
 def list_ports(node: Node, settle: float = 0.2) -> list[dict[str, Any]]:
@@ -41,17 +67,35 @@ def list_services(node: Node, settle: float = 0.2) -> list[dict[str, Any]]:
 def port_info(node: Node, name: str, timeout: float = 2.0) -> dict[str, Any]:
     """Return what `list_ports` tells of one port, and its fields, units, frames, statistics."""
     token = wait_for_port(node, name, min(timeout, 1.0))
+    return _ask([(token, _request(node, token, timeout))], timeout)[0]
+
+
+def port_infos(node: Node, names: Iterable[str], timeout: float = 2.0) -> list[dict[str, Any]]:
+    """Return what `port_info` tells of each port that stands; all are asked at once."""
+    tokens = [token for name in names if (token := node.directory.owner(name)) is not None]
+    return _ask([(token, _request(node, token, timeout)) for token in tokens], timeout)
+
+
+def _request(node: Node, token: Token, timeout: float) -> Request:
     key = f"{INFORMATION}/{token.owner.node}"
-    request = Request(node.session, key, name.encode(), timeout)
+    return Request(node.session, key, token.name.encode(), timeout)
+
+
+def _ask(asked: list[tuple[Token, Request]], timeout: float) -> list[dict[str, Any]]:
     deadline = time.monotonic() + timeout
-    while not request.done and time.monotonic() < deadline:
-        request.wait(0.1)
+    for _, request in asked:
+        while not request.done and (remaining := deadline - time.monotonic()) > 0:
+            request.wait(min(remaining, 0.1))
+    return [_entry(token) | _told(token, request, timeout) for token, request in asked]
+
+
+def _told(token: Token, request: Request, timeout: float) -> dict[str, Any]:
     if not request.done:
-        return _entry(token) | {"error": f"no answer within {timeout:g} s; is it stopped?"}
+        return {"error": f"no answer within {timeout:g} s; is it stopped?"}
     try:
-        return _entry(token) | result_of(request, name, "info", timeout)
+        return result_of(request, token.name, "info", timeout)
     except RpcError as error:
-        return _entry(token) | {"error": str(error)}
+        return {"error": str(error)}
 
 
 def wait_for_port(node: Node, name: str, timeout: float = 10.0) -> Token:
@@ -100,4 +144,6 @@ def _entry(token: Token) -> dict[str, Any]:
         "owner": {"service": owner.service, "host": owner.host, "pid": owner.pid},
         "nominal_hz": token.rate,
         "sources": list(token.sources),
+        "since": opened_at(token.source),  # wall [ns]
+        "epoch": token.epoch,
     }

@@ -2,33 +2,69 @@
 
 import typer
 
-from deploy.verbs import check, ports, robot, rpc, start, status, stream
+from deploy.verbs import (
+    check,
+    clock,
+    latency,
+    log,
+    measure,
+    ping,
+    ports,
+    presence,
+    read,
+    robot,
+    rpc,
+    service,
+    start,
+    status,
+    top,
+    wiring,
+    write,
+)
 
 app = typer.Typer(
     help="A sense of touch for humanoid robots, as processes on a message bus.",
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 
 
-def add(verb, name: str, example: str) -> None:
+def add(verb, name: str, example: str, **settings: bool) -> None:
     """Add a verb; its help ends with the example."""
-    app.command(name, epilog=f"Example: wrenchbus {example}")(verb)
+    app.command(name, epilog=f"Example: wrenchbus {example}", context_settings=settings)(verb)
 
 
 add(start.demo, "demo", "demo --seconds 60 --no-browser")
 add(start.up, "up", "up deploy/apps/demo.yaml --host localhost")
+add(service.down, "down", "down")
 add(start.run_service, "run", "run torque_observer --set support=pole")
 add(status.status, "status", "status --json")
+add(service.terminate, "terminate", "terminate torque_observer")
+NEGATIVE = {"ignore_unknown_options": True}  # -1 is a value
+add(service.param, "param", "param set torque_observer support pole", **NEGATIVE)
+add(log.log, "log", "log torque_observer --level warning --follow")
+add(ping.ping, "ping", "ping torque_observer -n 10")
+add(top.top, "top", "top -n 1 --json")
 add(ports.list_all, "list", "list --json")
 add(ports.info, "info", "info /icub/torques:o")
-add(stream.read, "read", "read /icub/torques:o -n 1 --json")
-add(stream.hz, "hz", "hz /icub/sensors:o --seconds 5")
+add(presence.where, "where", "where /icub/torques:o")
+add(presence.exists, "exists", "exists /icub/torques:o && echo yes")
+add(presence.wait, "wait", "wait /icub/torques:o --timeout 30")
+add(read.read, "read", "read /icub/torques:o -n 1 --json")
+add(read.read, "echo", "echo /icub/torques:o --envelope")
+add(read.sample, "sample", "sample /icub/base:o --json")
+add(write.write, "write", "write /toy/in:i value=1.5")
+add(measure.hz, "hz", "hz /icub/sensors:o --seconds 5")
+add(measure.bw, "bw", "bw /icub/sensors:o")
+add(measure.delay, "delay", "delay /icub/torques:o")
+add(wiring.connect, "connect", "connect /icub/torques:o /logger/in:i --persist")
+add(wiring.disconnect, "disconnect", "disconnect /icub/torques:o /logger/in:i")
 add(rpc.rpc, "rpc", "rpc /torque_observer/rpc:i param action=list")
+add(clock.clock, "clock", "clock step --ticks 10")
 add(robot.push, "push", "push l_forearm --force 0,0,-15 --frame world --duration 1")
 add(robot.tare, "tare", "tare --seconds 1")
 add(robot.stop, "stop", "stop --release")
+add(latency.latency_test, "latency-test", "latency-test --size 4096 --rate 1000")
 add(check.check, "check", "check --json")

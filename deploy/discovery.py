@@ -4,28 +4,31 @@ import time
 from typing import Any
 
 from bus import BusError, Node
-from bus.introspection import list_ports, wait_for_port
+from bus.introspection import hear_all, list_ports, wait_for_port, wait_for_service
 from bus.names import did_you_mean
 from deploy.errors import UsageError
 
 SIMULATOR = "/sim/rpc:i"
-QUIET = 0.2  # [s] without news: everybody has been heard
 DEADLINE = 3.0  # [s]
 
 
 def all_ports(node: Node) -> list[dict[str, Any]]:
-    """Return the ports that stand, as soon as no more of them turn up.
+    """Return the ports that stand, as soon as no more of them turn up."""
+    hear_all(node, timeout=DEADLINE)
+    return list_ports(node, settle=0.0)
 
-    A node that has just been opened hears from the others one by one, and on a busy
-    machine slowly.
-    """
-    ports = list_ports(node)
-    heard, deadline = time.monotonic(), time.monotonic() + DEADLINE
-    while time.monotonic() < min(heard + QUIET, deadline):
-        time.sleep(0.02)
-        if len(now := list_ports(node)) != len(ports):
-            ports, heard = now, time.monotonic()
-    return ports
+
+def is_there(node: Node, name: str) -> bool:
+    """Whether a port stands (``/name:o``) or a service is ready (``name``) at this moment."""
+    if name.startswith("/"):
+        return node.directory.owner(name) is not None
+    return any(owner.service == name for owner in node.directory.services())
+
+
+def are_connected(node: Node, source: str, sink: str) -> bool:
+    """Whether an input reads an output at this moment, and both stand."""
+    reader = node.directory.owner(sink)
+    return is_there(node, source) and reader is not None and source in reader.sources
 
 
 def require_port(node: Node, name: str) -> None:
@@ -34,10 +37,38 @@ def require_port(node: Node, name: str) -> None:
     Raises:
         UsageError: There is no such port; near names are suggested.
     """
+    hear_all(node, lambda: is_there(node, name), timeout=DEADLINE)
     try:
-        wait_for_port(node, name, timeout=DEADLINE)
+        wait_for_port(node, name, timeout=0.0)
     except BusError as error:
         raise UsageError(str(error)) from None
+
+
+def require_service(node: Node, name: str) -> dict[str, Any]:
+    """Return ``{service, host, pid}`` of a service that is ready.
+
+    Raises:
+        UsageError: There is none; near names are suggested, and those that exist.
+    """
+    hear_all(node, lambda: is_there(node, name), timeout=DEADLINE)
+    if is_there(node, name):
+        return wait_for_service(node, name, timeout=0.0)
+    ready = sorted({owner.service for owner in node.directory.services()})
+    hint = did_you_mean(name, ready)
+    raise UsageError(f"no service {name}{hint}; ready are: {', '.join(ready) or 'none'}")
+
+
+def rpc_port(node: Node, name: str) -> str:
+    """Return the RPC port of a service, or the name itself when it is a port's.
+
+    Raises:
+        UsageError: There is no such service or port.
+    """
+    if name.startswith("/"):
+        require_port(node, name)
+        return name
+    require_service(node, name)
+    return f"/{name}/rpc:i"
 
 
 def simulator_port(node: Node, robot: str | None) -> str:

@@ -3,12 +3,28 @@
 from collections.abc import Callable
 from functools import wraps
 from inspect import Parameter, signature
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
+from deploy.completion import complete_either, complete_port, complete_service
+
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 Robot = Annotated[str | None, typer.Option("--robot", help="Robot name; default: the one alive.")]
+Port = Annotated[
+    str, typer.Argument(help="Port, as /icub/torques:o.", autocompletion=complete_port)
+]
+Service = Annotated[
+    str, typer.Argument(help="Service, as torque_observer.", autocompletion=complete_service)
+]
+PortOrService = Annotated[
+    str,
+    typer.Argument(
+        metavar="PORT_OR_SERVICE",
+        help="Port, as /icub/torques:o, or service, as torque_observer.",
+        autocompletion=complete_either,
+    ),
+]
 Seconds = Annotated[float | None, typer.Option("--seconds", min=0.0, help="Stop after so long.")]
 
 Connect = Annotated[
@@ -24,32 +40,63 @@ ZenohConfig = Annotated[
 Namespace = Annotated[
     str | None, typer.Option("--namespace", help="Key prefix of the session; default: found.")
 ]
-CONNECTION = {
-    "connect": Connect,
-    "listen": Listen,
-    "config": ZenohConfig,
-    "namespace": Namespace,
-}
+Insecure = Annotated[
+    bool, typer.Option("--insecure", help="Allow other machines, without any protection.")
+]
+
+
+class Connection(NamedTuple):
+    """How to join the bus: what the flags of that name said."""
+
+    connect: str | None = None
+    listen: str | None = None
+    config: str | None = None
+    namespace: str | None = None
+    insecure: bool = False
+
+
+FLAGS = dict(
+    zip(Connection._fields, (Connect, Listen, ZenohConfig, Namespace, Insecure), strict=True)
+)
+
+
+def with_connection(verb: Callable[..., None]) -> Callable[..., None]:
+    """Give a verb the connection flags; it is called with a `Connection` as first argument."""
+
+    @wraps(verb)
+    def command(**arguments: Any) -> None:
+        connection = Connection(**{name: arguments.pop(name) for name in FLAGS})
+        verb(connection, **arguments)
+
+    own = list(signature(verb).parameters.values())[1:]
+    defaults = Connection()
+    flags = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=FLAGS[name])
+        for name, default in defaults._asdict().items()
+    ]
+    shown = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in own] + flags
+    command.__signature__ = signature(verb).replace(parameters=shown)  # type: ignore[attr-defined]
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
+    return command
 
 
 def on_the_bus(verb: Callable[..., None]) -> Callable[..., None]:
     """Give a verb the connection flags; it is called with an open node as first argument."""
 
+    @with_connection
     @wraps(verb)
-    def command(connect: str, listen: str, config: str, namespace: str, **arguments: Any) -> None:
-        from deploy.session import open_bus  # the wire is not loaded for --help
+    def command(connection: Connection, **arguments: Any) -> None:
+        from bus import BusError  # the wire is not loaded for --help
+        from deploy.session import open_bus
 
-        with open_bus(connect, listen, config, namespace) as node:
-            verb(node, **arguments)
+        with open_bus(connection) as node:
+            try:
+                verb(node, **arguments)
+            except BusError:
+                if node.running:
+                    raise
+                raise KeyboardInterrupt from None  # what was cut short is no news
 
-    own = list(signature(verb).parameters.values())[1:]
-    flags = [
-        Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
-        for name, annotation in CONNECTION.items()
-    ]
-    shown = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in own] + flags
-    command.__signature__ = signature(verb).replace(parameters=shown)  # type: ignore[attr-defined]
-    command.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
     return command
 
 

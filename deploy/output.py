@@ -2,6 +2,7 @@
 
 import json
 import os
+import select
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -16,11 +17,18 @@ def print_json(value: Any) -> None:
 
 def print_table(rows: Sequence[dict[str, Any]], columns: Sequence[str]) -> None:
     """Print rows as an aligned table without wrapping, so that it can be piped to grep."""
+    for line in table_lines(rows, columns):
+        print_line(line)
+
+
+def table_lines(rows: Sequence[dict[str, Any]], columns: Sequence[str]) -> list[str]:
+    """Return the lines of an aligned table, the names of the columns first."""
     cells = [[_text(row.get(column)) for column in columns] for row in rows]
     widths = [max(map(len, column)) for column in zip(columns, *cells, strict=True)]
-    for line in [list(columns), *cells]:
-        padded = (cell.ljust(width) for cell, width in zip(line, widths, strict=True))
-        print_line("  ".join(padded).rstrip())
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
+        for line in [list(columns), *cells]
+    ]
 
 
 def print_line(text: str) -> None:
@@ -31,6 +39,21 @@ def print_line(text: str) -> None:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the exit complains
         raise typer.Exit(0) from None
+
+
+def print_warning(text: str) -> None:
+    """Print one line on standard error; the verb goes on."""
+    print(f"wrenchbus: {' '.join(text.split())}", file=sys.stderr, flush=True)
+
+
+def reader_gone() -> bool:
+    """Whether standard output is a pipe that nobody reads any more."""
+    try:
+        poll = select.poll()
+        poll.register(sys.stdout.fileno(), 0)
+        return any(event & select.POLLERR for _, event in poll.poll(0))
+    except (OSError, ValueError):  # it is no file
+        return False
 
 
 def print_answer(value: Any) -> None:

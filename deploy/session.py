@@ -1,21 +1,27 @@
 """Opens the bus for one verb."""
 
 import os
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from bus import Node
+from bus import Node, runtime_directory
 from deploy.errors import CommandError
+from deploy.launcher.endpoints import with_free_port
+from deploy.options import Connection
 
 HUB_DEADLINE = 3.0  # [s]
+START = 30.0  # [s] for a hub of our own, on a busy machine
 
 
 @contextmanager
-def open_bus(
-    connect: str | None, listen: str | None, config: str | None, namespace: str | None
-) -> Iterator[Node]:
+def open_bus(connection: Connection, deadline: float = HUB_DEADLINE) -> Iterator[Node]:
     """Open a node under a name of its own, see the hub, and close the node with the verb.
+
+    Args:
+        deadline: How long to wait for the hub [s].
 
     Raises:
         CommandError: Nobody answers at the hub's endpoint.
@@ -23,18 +29,51 @@ def open_bus(
     """
     with Node(
         f"wrenchbus-{os.getpid()}",
-        connect=connect,
-        listen=listen,
-        zenoh_config=config,
-        namespace=namespace,
+        connect=connection.connect,
+        listen=connection.listen,
+        zenoh_config=connection.config,
+        namespace=connection.namespace,
+        insecure=connection.insecure,
     ) as node:
-        _meet_hub(node)
+        _meet_hub(node, deadline)
         yield node
 
 
-def _meet_hub(node: Node) -> None:
-    deadline = time.monotonic() + HUB_DEADLINE
+def _meet_hub(node: Node, patience: float) -> None:
+    deadline = time.monotonic() + patience
     while not list(node.session.info.routers_zid()):
         if time.monotonic() > deadline or not node.running:
             raise CommandError(f"no hub answers at {node.endpoint}")
         time.sleep(0.005)
+
+
+@contextmanager
+def any_bus(connection: Connection) -> Iterator[Node]:
+    """Open the bus as `open_bus` does; where none runs, one of our own for the time being."""
+    if is_told(connection):
+        with open_bus(connection) as node:
+            yield node
+        return
+    with _own_hub() as endpoint:
+        with open_bus(connection._replace(connect=endpoint), START) as node:
+            yield node
+
+
+def is_told(connection: Connection) -> bool:
+    """Whether anything says where a bus is: a flag, the environment, the runtime directory."""
+    told = connection.connect or os.environ.get("WRENCHBUS_CONNECT")
+    return bool(told or runtime_directory.entries())
+
+
+@contextmanager
+def _own_hub() -> Iterator[str]:
+    endpoint = with_free_port("tcp/127.0.0.1:0")
+    arguments = ["-m", "bus.child", str(os.getpid()), "0", "bus.hub", "--no-announce"]
+    process = subprocess.Popen(
+        [sys.executable, *arguments, "--settle", "0", "--listen", endpoint], start_new_session=True
+    )
+    try:
+        yield endpoint
+    finally:
+        process.terminate()
+        process.wait()

@@ -1,31 +1,29 @@
 """What can be said of a running bus: hub, services, rates."""
 
-import os
 import time
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from bus import BusError, Node, runtime_directory
+from bus import BusError, Node
 from bus.introspection import port_info
 from deploy.discovery import all_ports
 from deploy.doctor.result import Result, fail, ok, warn
 from deploy.errors import CommandError
-from deploy.session import open_bus
+from deploy.options import Connection
+from deploy.session import is_told, open_bus
 from deploy.verbs.status import services
 
 MEASURE = 1.5  # [s] between two looks at the counters
 LEAST = 0.9  # of the nominal rate
 
 
-def live_checks(
-    connect: str | None, listen: str | None, config: str | None, namespace: str | None
-) -> Iterator[Result]:
+def live_checks(connection: Connection) -> Iterator[Result]:
     """Yield one result for the hub, one per service, and one per port with a nominal rate."""
-    if not (connect or os.environ.get("WRENCHBUS_CONNECT") or runtime_directory.entries()):
+    if not is_told(connection):
         yield warn("hub", "no bus runs here; wrenchbus demo starts one")
         return
     try:
-        with open_bus(connect, listen, config, namespace) as node:
+        with open_bus(connection) as node:
             yield ok("hub", node.endpoint)
             yield from map(_service, services(node))
             yield from _rates(node)

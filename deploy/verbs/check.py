@@ -2,17 +2,12 @@
 
 import typer
 
-from deploy.options import Connect, Json, Listen, Namespace, ZenohConfig
+from deploy.options import Connection, Json, with_connection
 from deploy.output import print_json, print_table
 
 
-def check(
-    connect: Connect = None,
-    listen: Listen = None,
-    config: ZenohConfig = None,
-    namespace: Namespace = None,
-    as_json: Json = False,
-) -> None:
+@with_connection
+def check(connection: Connection, as_json: Json = False) -> None:
     """Check the installation and the running bus.
 
     Exit status 1 when a check fails; a warning only limits what works.
@@ -20,7 +15,7 @@ def check(
     from deploy.doctor.live import live_checks
     from deploy.doctor.machine import machine_checks
 
-    results = [*machine_checks(), *live_checks(connect, listen, config, namespace)]
+    results = [*machine_checks(), *live_checks(connection)]
     rows = [result._asdict() for result in results]
     if as_json:
         print_json(rows)

@@ -1,10 +1,8 @@
 """``wrenchbus list``, ``info``: which ports stand and what they carry."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from deploy.options import Json, on_the_bus
+from deploy.options import Json, Port, on_the_bus
 from deploy.output import print_json, print_line, print_table
 
 if TYPE_CHECKING:
@@ -27,7 +25,7 @@ def list_all(node: "Node", as_json: Json = False) -> None:
 @on_the_bus
 def info(
     node: "Node",
-    port: Annotated[str, typer.Argument(help="Port, as /icub/torques:o.")],
+    port: Port,
     as_json: Json = False,
 ) -> None:
     """Tell what a port carries: fields, units, frames, statistics."""

@@ -1,11 +1,11 @@
 """``wrenchbus rpc``: any verb of any service."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-import yaml
 
-from deploy.errors import UsageError
+from deploy.arguments import arguments
+from deploy.completion import complete_port
 from deploy.options import Json, on_the_bus
 from deploy.output import print_answer, print_json
 
@@ -13,24 +13,13 @@ if TYPE_CHECKING:
     from bus import Node
 
 
-def arguments(pairs: list[str]) -> dict[str, Any]:
-    """Read ``key=value`` pairs; values are YAML: ``3``, ``true``, ``[0, 0, 1]``, ``text``."""
-    values = {}
-    for pair in pairs:
-        key, equals, text = pair.partition("=")
-        if not equals or not key:
-            raise UsageError(f"expected KEY=VALUE such as seconds=1.0, got {pair!r}")
-        try:
-            values[key] = yaml.safe_load(text)
-        except yaml.YAMLError:
-            raise UsageError(f"the value of {key} is not YAML: {text!r}") from None
-    return values
-
-
 @on_the_bus
 def rpc(
     node: "Node",
-    port: Annotated[str, typer.Argument(help="RPC port, as /torque_observer/rpc:i.")],
+    port: Annotated[
+        str,
+        typer.Argument(help="RPC port, as /torque_observer/rpc:i.", autocompletion=complete_port),
+    ],
     verb: Annotated[str, typer.Argument(help="What to ask; `help` lists the verbs.")] = "help",
     pairs: Annotated[
         list[str] | None, typer.Argument(metavar="[KEY=VALUE]...", help="Arguments.")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from deploy.errors import UsageError
-from deploy.options import Connect, Listen, Namespace, Seconds, ZenohConfig
+from deploy.options import Connection, Seconds, with_connection
 from deploy.output import print_line
 
 if TYPE_CHECKING:
@@ -60,24 +60,25 @@ def up(
     _launch(load_application(file), host, seconds, tell)
 
 
+@with_connection
 def run_service(
+    connection: Connection,
     service: Annotated[str, typer.Argument(help="Service, as torque_observer.")],
     name: Annotated[str | None, typer.Option(help="Name on the bus; default: its own.")] = None,
     params: Annotated[str | None, typer.Option(metavar="FILE", help="YAML of settings.")] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="One setting.")
     ] = None,
-    connect: Connect = None,
-    listen: Listen = None,
-    config: ZenohConfig = None,
-    namespace: Namespace = None,
 ) -> None:
     """Run one service in the foreground."""
-    flags = {"--name": name, "--params": params, "--connect": connect, "--listen": listen}
-    flags |= {"--config": config, "--namespace": namespace}
+    flags = {"--name": name, "--params": params, "--connect": connection.connect}
+    flags |= {"--listen": connection.listen, "--config": connection.config}
+    flags |= {"--namespace": connection.namespace}
     arguments = [text for flag, value in flags.items() if value for text in (flag, value)]
     for setting in settings or []:
         arguments += ["--set", setting]
+    if connection.insecure:
+        arguments.append("--insecure")
     os.execv(sys.executable, [sys.executable, "-m", module_of(service), *arguments])
 
 

@@ -1,0 +1,70 @@
+"""``wrenchbus read``, ``echo``, ``sample``: the messages of a port."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from deploy.errors import CommandError
+from deploy.options import Json, Port, Seconds, on_the_bus
+from deploy.output import print_json, print_line
+
+if TYPE_CHECKING:
+    from bus import Node, Received
+
+Envelope = Annotated[
+    bool, typer.Option("--envelope", help="Show sequence number, stamp, age and validity.")
+]
+
+
+@on_the_bus
+def read(
+    node: "Node",
+    port: Port,
+    count: Annotated[int | None, typer.Option("-n", "--count", min=1, help="Stop after N.")] = None,
+    seconds: Seconds = None,
+    envelope: Envelope = False,
+    as_json: Json = False,
+) -> None:
+    """Print the messages of a port; Ctrl-C ends it.
+
+    With --json one object per line, always with its envelope.
+    """
+    from deploy.streams import messages, open_port
+
+    for number, received in enumerate(messages(node, open_port(node, port), seconds), start=1):
+        if number > 1 and not as_json:
+            print_line("---")
+        _show(port, received, envelope, as_json)
+        if number == count:
+            break
+
+
+@on_the_bus
+def sample(
+    node: "Node",
+    port: Port,
+    timeout: Annotated[float, typer.Option(min=0.0, help="Seconds to wait for it.")] = 5.0,
+    envelope: Envelope = False,
+    as_json: Json = False,
+) -> None:
+    """Print the next message of a port and end.
+
+    Exit status 1 when none comes in time.
+    """
+    from deploy.streams import messages, open_port
+
+    entry = open_port(node, port, depth=1)
+    received = next(messages(node, entry, timeout), None)
+    if received is None:
+        raise CommandError(f"no message on {port} within {timeout:g} s")
+    _show(port, received, envelope, as_json)
+
+
+def _show(port: str, received: "Received", envelope: bool, as_json: bool) -> None:
+    from deploy.show import message_text
+    from deploy.streams import as_map
+
+    if as_json:
+        print_json(as_map(port, received))
+    else:
+        print_line(message_text(received, envelope))

@@ -1,0 +1,62 @@
+"""``wrenchbus connect``, ``disconnect``: who reads whom, changed at run time."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from deploy.completion import complete_port
+from deploy.options import Json, on_the_bus
+from deploy.output import print_json, print_line
+
+if TYPE_CHECKING:
+    from bus import Node
+
+Source = Annotated[
+    str, typer.Argument(help="Output, as /icub/torques:o.", autocompletion=complete_port)
+]
+Sink = Annotated[str, typer.Argument(help="Input, as /logger/in:i.", autocompletion=complete_port)]
+Persist = Annotated[
+    bool, typer.Option("--persist", help="Also after a restart of either side, or later.")
+]
+
+
+@on_the_bus
+def connect(
+    node: "Node", source: Source, sink: Sink, persist: Persist = False, as_json: Json = False
+) -> None:
+    """Let an input read an output from now on.
+
+    Both must stand and be of one type; with --persist either may come later.
+    """
+    from bus.wiring import connect as connect_ports
+
+    _hear(node, source, sink)
+    _tell(connect_ports(node, source, sink, persist=persist), as_json)
+
+
+@on_the_bus
+def disconnect(
+    node: "Node", source: Source, sink: Sink, persist: Persist = False, as_json: Json = False
+) -> None:
+    """Let an input read an output no more.
+
+    With --persist also after a restart, even where its settings say otherwise.
+    """
+    from bus.wiring import disconnect as disconnect_ports
+
+    _hear(node, source, sink)
+    _tell(disconnect_ports(node, source, sink, persist=persist), as_json)
+
+
+def _hear(node: "Node", *names: str) -> None:
+    from bus.introspection import hear_all
+    from deploy.discovery import is_there
+
+    hear_all(node, lambda: all(is_there(node, name) for name in names))
+
+
+def _tell(result: dict[str, Any], as_json: bool) -> None:
+    if as_json:
+        print_json(result)
+    else:
+        print_line(f"{result['sink']} reads {', '.join(result['sources']) or 'nothing'}")
