@@ -276,9 +276,7 @@ def test_decoded_arrays_cannot_be_changed():
             vector[0] = 1
 
 
-WARM = Decoder(Plain)
 GOOD = Encoder(Plain, SOURCE).encode(Plain(np.ones(4), 0.5), 1, 2, 1, 3, 4)
-FULL = encode(mixed(tags=["a"], maps=[{"p": 1.0}]))
 
 
 def test_a_dimension_that_is_true_is_not_one_where_the_layout_is_remembered_either():
