@@ -1,58 +1,23 @@
 """Application files: which services run where, with which settings."""
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from bus.names import did_you_mean
 from deploy.errors import UsageError
+from deploy.launcher.parts import Host, HostName, Hub, Part, Request, Service
 
 APPS = Path(__file__).parents[1] / "apps"
-Restart = Literal["always", "on-failure", "never"]
-
-
-class Part(BaseModel):
-    """Base of everything in an application file: unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Hub(Part):
-    """Where processes find each other."""
-
-    host: str = "localhost"
-    endpoint: str = Field(default="tcp/127.0.0.1:0", pattern=r"^[a-z]+/.+:\d+$")  # port 0: free
-    namespace: str | None = None  # key prefix; None: one of this run's own
-
-
-class Service(Part):
-    """One process of the application."""
-
-    module: str = Field(pattern=r"^[A-Za-z_][\w.]*$")
-    host: str = "localhost"
-    params: dict[str, Any] = {}
-    page_port: str | None = None  # the parameter that receives the port of the web page
-    nice: int = Field(default=0, ge=0, le=19)
-    realtime: bool = False  # before everything else on its processor, where that is permitted
-    restart: Restart = "always"
-
-
-class Request(Part):
-    """An RPC request, sent when every service is ready."""
-
-    port: str = Field(pattern=r"^/.+:i$")
-    verb: str
-    args: dict[str, Any] = {}
-    retry: float = Field(default=0.0, ge=0.0)  # [s] for how long a refusal is asked again
-    timeout: float = Field(default=5.0, gt=0.0)  # [s]
 
 
 class Application(Part):
     """A set of services, of one or several hosts."""
 
     common: dict[str, Any] = {}  # parameters of every service
+    hosts: dict[HostName, Host] = {}  # needed when there are several
     hub: Hub = Hub()
     services: dict[str, Service] = Field(min_length=1)
     once_ready: list[Request] = []
@@ -63,6 +28,36 @@ class Application(Part):
         if taken:
             raise ValueError(f"service name {sorted(taken)[0]!r} is taken by the launcher's own")
         return self
+
+    @model_validator(mode="after")
+    def _hosts_find_each_other(self) -> "Application":
+        if len(self.host_names) < 2:
+            return self
+        if unknown := sorted(self.host_names - self.hosts.keys()):
+            known = ", ".join(self.hosts) or "none"
+            raise ValueError(
+                f"hosts: {unknown[0]!r} has services and is missing; there are: {known}"
+            )
+        if not self.hub.namespace:
+            raise ValueError("hub.namespace: expected a name, the same for all hosts")
+        if self.hub.endpoint.endswith(":0"):
+            raise ValueError(f"hub.endpoint: expected a certain port, got {self.hub.endpoint}")
+        return self
+
+    @property
+    def host_names(self) -> set[str]:
+        """Hosts on which something runs."""
+        return {self.hub.host, *(service.host for service in self.services.values())}
+
+    def listen(self, host: str) -> str:
+        """Return where the processes of a host are reached: where its hub is, unless stated."""
+        if host in self.hosts:
+            return self.hosts[host].listen
+        return f"{self.hub.endpoint.rpartition(':')[0]}:0"
+
+    def services_of(self, host: str) -> dict[str, Service]:
+        """Return what runs on a host."""
+        return {name: spec for name, spec in self.services.items() if spec.host == host}
 
     def with_params(self, service: str, params: dict[str, Any]) -> "Application":
         """Return a copy in which ``params`` override those of one service."""
@@ -117,5 +112,7 @@ def _first(error: ValidationError) -> str:
     details = error.errors()
     # a misspelt key is also a missing one; what was written says more
     detail = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
+    if detail["type"] == "value_error":  # ours, of the file as a whole
+        return detail["msg"].removeprefix("Value error, ")
     key = ".".join(str(part) for part in detail["loc"]) or "file"
     return f"{key}: {detail['msg']}, got {str(detail['input'])[:60]!r}"

@@ -1,20 +1,25 @@
 """Starts an application's services on this host, keeps them up, stops them all."""
 
-import json
 import signal
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
 
 from bus import Node, runtime_directory
-from deploy.errors import CommandError, UsageError
-from deploy.launcher.application import Application, Service
-from deploy.launcher.endpoints import accepts, free_port, with_free_port
+from bus.rpc_server import Pending
+from bus.session import check_local
+from deploy.errors import UsageError
+from deploy.launcher.application import Application
+from deploy.launcher.commands import Commands, params_of
+from deploy.launcher.endpoints import free_port, with_free_port
+from deploy.launcher.hub import await_hub, start_hub
 from deploy.launcher.logs import Log
+from deploy.launcher.others import OtherHosts, launcher_name
+from deploy.launcher.parts import Service
 from deploy.launcher.process import Process, stop_all
 from deploy.launcher.requests import Requests
 
-HUB_DEADLINE = 60.0  # [s], for a very busy machine; a hub that ends is noticed at once
 GRACE = 2.5  # [s] before SIGKILL; with the hub after them, all ends within five
 TICK = 0.05  # [s]
 
@@ -26,7 +31,11 @@ class Launcher:
         application: What to run.
         namespace: Key prefix on the bus that sets this run apart from others.
         host: Which of the application's services are ours.
-        on_ready: Called once, when every service is ready for the first time.
+        on_ready: Called once, when every service of this host is ready for the first time.
+        insecure: Allow links to other machines, which nothing protects.
+
+    Raises:
+        BusError: The application has such links, and they are not allowed.
     """
 
     def __init__(
@@ -35,19 +44,26 @@ class Launcher:
         namespace: str,
         host: str = "localhost",
         on_ready: Callable[["Launcher"], None] = lambda launcher: None,
+        insecure: bool = False,
     ):
         self.application = application
         self.namespace = namespace
         self.endpoint = with_free_port(application.hub.endpoint)
         self.dashboard_url = ""
-        services = {n: s for n, s in application.services.items() if s.host == host}
-        self.log = Log(["hub", "launcher", *services])
-        self.services = [self._process(name, spec) for name, spec in services.items()]
-        self.hub = Process("hub", self._hub_arguments(), self.log)
+        self._host, self._insecure = host, insecure
+        self._listen = application.listen(host)
+        check_local([self.endpoint, self._listen], insecure)
+        self._name = launcher_name(application, host)
         self._has_hub = application.hub.host == host
+        services = application.services_of(host)
+        self.log = Log(["hub", "launcher", *services])
+        self._commands = Commands(self.endpoint, namespace, self._listen, insecure)
+        self.services = [self._process(name, spec) for name, spec in services.items()]
+        self.hub = Process("hub", self._commands.hub(), self.log)
         self._on_ready = on_ready
-        self._was_ready = False
-        self._stopping = False
+        self._was_ready = self._was_whole = False
+        self._lacking: dict[str, list[str]] = {}
+        self._stopping = self._ends_all = False
 
     @property
     def processes(self) -> list[Process]:
@@ -55,7 +71,7 @@ class Launcher:
         return [self.hub, *self.services] if self._has_hub else self.services
 
     def run(self, seconds: float | None = None) -> None:
-        """Run until SIGINT, SIGTERM, SIGHUP, the end of ``seconds`` [s] or of our readers.
+        """Run until a signal, ``down``, the end of ``seconds`` [s] or of who reads our log.
 
         Raises:
             UsageError: A service refused its settings before the application was ready.
@@ -66,66 +82,91 @@ class Launcher:
             signal.signal(number, self._stop)
         try:
             if self._has_hub:
-                self._start_hub()
+                start_hub(self.hub, self.endpoint, lambda: self._stopping)
+            elif not await_hub(self.application.hub, self.log, lambda: self._ends(end)):
+                return
             for process in self.services:
                 process.start()
-            with Node("launcher", connect=self.endpoint, namespace=self.namespace) as node:
+            with self._open() as node:
                 self._run(node, end)
         finally:
             stop_all(self.services, GRACE)
             stop_all([self.hub], 1.0)
 
+    def _open(self) -> Node:
+        return Node(
+            self._name,
+            connect=self.endpoint,
+            listen=self._listen,
+            namespace=self.namespace,
+            insecure=self._insecure,
+        )
+
     def status(self) -> list[dict[str, Any]]:
-        """Return one entry per service, as ``wrenchbus status --json`` prints them."""
-        return [process.status() for process in self.processes]
+        """Return one entry per service of this host, as ``wrenchbus status --json`` prints them."""
+        return [{**process.status(), "host": self._host} for process in self.processes]
 
     def _stop(self, *_: Any) -> None:
         self._stopping = True
 
-    def _start_hub(self) -> None:
-        self.hub.start()
-        deadline = time.monotonic() + HUB_DEADLINE
-        while not accepts(self.endpoint):
-            if not self.hub.alive:
-                raise CommandError(f"the hub ended at once; is {self.endpoint} free?")
-            if time.monotonic() > deadline or self._stopping:
-                raise CommandError(f"the hub does not listen on {self.endpoint}")
-            time.sleep(0.01)
+    def _ends(self, end: float | None) -> bool:
+        late = end is not None and time.monotonic() >= end
+        return late or self._stopping or self.log.closed
 
     def _run(self, node: Node, end: float | None) -> None:
-        node.rpc("/launcher/rpc:i", {"status": self.status})
+        others = OtherHosts(node, self.application, self._host)
+        node.rpc(f"/{self._name}/rpc:i", {"status": lambda: self._tell(others)})
+        node.verb("down", lambda: self._down(others), "end the application, on all hosts")
         node.ready()
         requests = Requests(node, self.application.once_ready, self.log)
         entry = self._announce()
         try:
-            while node.running and not (self._stopping or self.log.closed):
+            while node.running and not self._ends(end):
                 node.wait(TICK)
-                self._look_after(node, requests)
-                if end is not None and time.monotonic() >= end:
-                    break
+                self._look_after(node, others, requests)
         finally:
             requests.cancel()
             stop_all(self.services, GRACE)  # while the bus stands, they leave it in order
+            if self._ends_all:
+                others.await_end(GRACE)
             requests.join()
-            if entry:
-                runtime_directory.remove(entry)
+            runtime_directory.remove(entry)
+
+    def _tell(self, others: OtherHosts) -> Any:
+        """Answer with the status of all hosts, where others must be asked without our waiting."""
+        own = self.status()
+        if not others:
+            return own
+        pending = Pending()
+        threading.Thread(target=lambda: pending.reply(own + others.status()), daemon=True).start()
+        return pending
+
+    def _down(self, others: OtherHosts) -> dict[str, Any]:
+        """End here, and on the hub's host everywhere."""
+        silent = others.end()
+        if silent:
+            self.log.say("launcher", f"asked to end; no answer from {', '.join(silent)}")
+        self._stopping = self._ends_all = True
+        return {"host": self._host, "no_answer": silent}
 
     def _announce(self):
-        if not self._has_hub:
-            return None
-        return runtime_directory.announce(self.endpoint, self.namespace, self.dashboard_url)
+        return runtime_directory.announce(
+            self.endpoint, self.namespace, self.dashboard_url, self._insecure
+        )
 
-    def _look_after(self, node: Node, requests: Requests) -> None:
+    def _look_after(self, node: Node, others: OtherHosts, requests: Requests) -> None:
         for process in self.processes:
             process.supervise()
-        ready = {owner.pid for owner in node.directory.services()}
+        ready = {(owner.service, owner.pid) for owner in node.directory.services()}
         for process in self.processes:
-            if process.state == "starting" and process.pid in ready:
+            if process.state == "starting" and (process.name, process.pid) in ready:
                 process.state = "ready"
         if not self._was_ready:
-            self._wait_for_all(requests)
+            self._wait_for_ours()
+        elif self._has_hub and not self._was_whole:
+            self._wait_for_others(others, requests)
 
-    def _wait_for_all(self, requests: Requests) -> None:
+    def _wait_for_ours(self) -> None:
         states = {process.name: process.state for process in self.processes}
         if "failed" in states.values():
             names = ", ".join(name for name, state in states.items() if state == "failed")
@@ -133,21 +174,25 @@ class Launcher:
         if set(states.values()) == {"ready"}:
             self._was_ready = True
             self._on_ready(self)
-            requests.start()
 
-    def _hub_arguments(self) -> list[str]:
-        arguments = ["bus.hub", "--no-announce", "--listen", self.endpoint]
-        return [*arguments, "--namespace", self.namespace]
+    def _wait_for_others(self, others: OtherHosts, requests: Requests) -> None:
+        lacking = others.not_ready()
+        if not lacking:
+            self._was_whole = True
+            if others:
+                self.log.say("launcher", "all services of all hosts are ready")
+            requests.start()
+        elif lacking != self._lacking:
+            listed = "; ".join(f"{', '.join(names)} of {host}" for host, names in lacking.items())
+            self.log.say("launcher", f"waits for {listed}")
+        self._lacking = lacking
 
     def _process(self, name: str, spec: Service) -> Process:
-        params = {**self.application.common, **spec.params}
+        params = params_of(self.application, name)
         if spec.page_port:
             port = params.get(spec.page_port) or free_port()
             params[spec.page_port] = port
             self.dashboard_url = f"http://127.0.0.1:{port}"
-        arguments = [spec.module, "--name", name, "--connect", self.endpoint]
-        arguments += ["--namespace", self.namespace]
-        for key, value in params.items():
-            arguments += ["--set", f"{key}={json.dumps(value)}"]
         priority = "realtime" if spec.realtime else str(spec.nice)
-        return Process(name, arguments, self.log, priority, spec.restart)
+        command = self._commands.service(name, spec, params)
+        return Process(name, command, self.log, priority, spec.restart)

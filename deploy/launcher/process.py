@@ -7,8 +7,8 @@ import sys
 import time
 from typing import Any
 
-from deploy.launcher.application import Restart
 from deploy.launcher.logs import Log
+from deploy.launcher.parts import Restart
 
 FIRST_BACKOFF = 0.5  # [s], doubles with every death
 LONGEST_BACKOFF = 8.0  # [s]

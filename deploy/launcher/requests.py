@@ -4,8 +4,8 @@ import threading
 import time
 
 from bus import BusError, Node
-from deploy.launcher.application import Request
 from deploy.launcher.logs import Log
+from deploy.launcher.parts import Request
 
 PAUSE = 0.5  # [s] between attempts
 

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from bus.testing import eventually
+from bus.testing import eventually, free_port
 from deploy.main import run
 
 TWO = """
@@ -18,6 +18,9 @@ services:
 once_ready:
   - {port: "/one/rpc:i", verb: shine, args: {brightness: 1.0}}
 """
+
+
+OPEN = "desk: {listen: tcp/0.0.0.0:0}"
 
 
 def is_alive(pid: int) -> bool:
@@ -126,14 +129,60 @@ def test_wrong_settings_end_the_start_with_status_2(launch, application):
     assert command.errors.count("unknown key") == 1
 
 
-def test_services_of_other_hosts_are_left_to_them(launch, application, status):
-    text = """
+def on_two_hosts(port: int) -> str:
+    """Return an application of two hosts, which both are this machine."""
+    return f"""
+hosts:
+  robot: {{listen: tcp/127.0.0.1:0}}
+  desk: {{listen: tcp/127.0.0.1:0}}
+hub: {{host: robot, endpoint: tcp/127.0.0.1:{port}, namespace: lab}}
 services:
-  one: {module: tests.deploy.beacon}
-  two: {module: tests.deploy.beacon, host: robot}
+  one: {{module: tests.deploy.beacon, host: robot}}
+  two: {{module: tests.deploy.beacon, host: desk}}
+once_ready:
+  - {{port: "/two/rpc:i", verb: shine, args: {{brightness: 1.0}}}}
 """
-    launch("up", application(text)).until("running: hub, one\n")
-    assert list(status()) == ["hub", "one"]
+
+
+def test_each_host_runs_its_part_and_down_ends_all(launch, application, status):
+    file = application(on_two_hosts(free_port()))
+    desk = launch("up", file, "--host", "desk")
+    eventually(lambda: "launcher | waits for the hub of host robot at tcp/127" in desk.errors)
+    robot = launch("up", file, "--host", "robot")
+    robot.until("running: hub, one\n")
+    desk.until("running: two\n")
+    eventually(lambda: "launcher | shine /two/rpc:i: done" in robot.errors)
+    assert "shine" not in desk.errors
+    rows = status()
+    assert {name: row["host"] for name, row in rows.items()} == {
+        **{"hub": "robot", "one": "robot", "two": "desk"}
+    }
+    assert all(row["ready"] for row in rows.values())
+    assert run(["down"]) == 0
+    assert robot.end(10.0) == desk.end(10.0) == 0
+    assert not any(is_alive(row["pid"]) for row in rows.values())
+
+
+def test_a_host_that_is_not_up_is_waited_for_and_shown_as_absent(launch, application, status):
+    robot = launch("up", application(on_two_hosts(free_port())), "--host", "robot")
+    robot.until("running: hub, one\n")
+    eventually(lambda: "launcher | waits for two of desk" in robot.errors)
+    assert "shine" not in robot.errors
+    row = status()["two"]
+    assert (row["state"], row["ready"], row["pid"], row["host"]) == ("absent", False, None, "desk")
+
+
+def test_who_waits_for_a_hub_can_be_ended(launch, application):
+    desk = launch("up", application(on_two_hosts(free_port())), "--host", "desk")
+    eventually(lambda: "waits for the hub" in desk.errors)
+    desk.popen.terminate()
+    assert desk.end(5.0) == 0
+
+
+def test_links_to_other_machines_need_a_flag(application, capsys):
+    text = on_two_hosts(7512).replace("desk: {listen: tcp/127.0.0.1:0}", OPEN)
+    assert run(["up", application(text), "--host", "desk"]) == 1
+    assert "tcp/0.0.0.0:0 leaves this machine" in capsys.readouterr().err
 
 
 def test_two_applications_run_at_once_and_verbs_ask_which(launch, application, capsys):
@@ -151,6 +200,11 @@ def test_two_applications_run_at_once_and_verbs_ask_which(launch, application, c
         ("services: {}", "services: "),
         ("services: {one: {module: beacon, nice: 30}}", "services.one.nice: "),
         ("services: {hub: {module: beacon}}", "'hub' is taken"),
+        ("services: {one: {module: beacon, host: a/b}}", "services.one.host: "),
+        (TWO + "hosts: {robot: {listen: tcp/1.2.3.4:0, port: 1}}", "hosts.robot.port: Extra"),
+        (on_two_hosts(0), "hub.endpoint: expected a certain port, got tcp/127.0.0.1:0"),
+        (on_two_hosts(7512).replace(", namespace: lab", ""), "hub.namespace: expected a name"),
+        (on_two_hosts(7512).replace("  desk: {l", "  disk: {l"), "hosts: 'desk'"),
         ("- 1", "file: "),
         ("[1", "line 1, column 1"),
     ],
