@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from deploy.errors import UsageError
-from deploy.options import Connection, Seconds, with_connection
+from deploy.options import Connection, Insecure, Seconds, with_connection
 from deploy.output import print_line
 
 if TYPE_CHECKING:
@@ -53,11 +53,12 @@ def up(
     file: Annotated[str, typer.Argument(help="Application file, or the name of a packaged one.")],
     host: Annotated[str, typer.Option(help="Start the services of this host.")] = "localhost",
     seconds: Seconds = None,
+    insecure: Insecure = False,
 ) -> None:
     """Start the services of an application file and keep them up."""
     from deploy.launcher.application import load_application
 
-    _launch(load_application(file), host, seconds, tell)
+    _launch(load_application(file), host, seconds, tell, insecure)
 
 
 @with_connection
@@ -111,16 +112,16 @@ def tell(launcher: "Launcher") -> None:
     print_line("stop:    Ctrl-C")
 
 
-def _launch(application, host: str, seconds: float | None, on_ready) -> None:
+def _launch(application, host: str, seconds: float | None, on_ready, insecure=False) -> None:
     from deploy.launcher.launcher import Launcher
 
-    hosts = {application.hub.host, *(s.host for s in application.services.values())}
+    hosts = application.host_names
     if host not in hosts:
         raise UsageError(f"no service for host {host}; the file has {', '.join(sorted(hosts))}")
     namespace = application.hub.namespace
     if namespace is None:
         namespace = f"wrenchbus-{os.getpid()}"
-    Launcher(application, namespace, host, on_ready).run(seconds)
+    Launcher(application, namespace, host, on_ready, insecure).run(seconds)
 
 
 def _headless() -> bool:

@@ -8,7 +8,7 @@ from deploy.output import print_json, print_table
 if TYPE_CHECKING:
     from bus import Node
 
-COLUMNS = ["service", "pid", "state", "ready", "restarts", "uptime_s"]
+COLUMNS = ["service", "host", "pid", "state", "ready", "restarts", "uptime_s"]
 
 
 @on_the_bus
@@ -31,4 +31,4 @@ def services(node: "Node") -> list[dict[str, Any]]:
     except RpcAbsent:
         ready = {"state": "ready", "ready": True, "restarts": None, "uptime_s": None}
         found = list_services(node)
-        return [{"service": s["service"], "pid": s["pid"], **ready} for s in found]
+        return [{**service, **ready} for service in found]
