@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from bus.described_type import build, is_array
 from bus.names import did_you_mean
 from deploy.arguments import arguments
 from deploy.errors import UsageError
-from deploy.message_type import build, is_array
 
 
 def read_fields(texts: list[str]) -> dict[str, Any]:

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from bus import Input, Node, Received
+from bus.described_type import build
 from bus.session import MAX_MESSAGE
-from deploy.message_type import build, describe_output
+from deploy.description import describe_output
 from deploy.output import reader_gone
 
 DEPTH = 4096  # messages; a slow terminal must not look like a loss

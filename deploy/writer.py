@@ -7,10 +7,10 @@ from typing import Any, Self
 from bus import BusError, Node, Output, WireError
 from bus.introspection import port_info
 from bus.session import MAX_MESSAGE
+from deploy.description import describe
 from deploy.discovery import all_ports
 from deploy.errors import CommandError, UsageError
 from deploy.message_text import Composer
-from deploy.message_type import describe
 
 MEET = 2.0  # [s] until a reader that stands is linked with us
 JUDGE = 1.0  # [s] until the owner of an input has looked at what came

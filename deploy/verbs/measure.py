@@ -30,7 +30,7 @@ def hz(node: "Node", port: Port, seconds: Measured = 3.0, as_json: Json = False)
 @on_the_bus
 def bw(node: "Node", port: Port, seconds: Measured = 3.0, as_json: Json = False) -> None:
     """Measure what a port puts on the wire: bytes per second, sizes of messages."""
-    from deploy.message_type import describe_output
+    from deploy.description import describe_output
     from deploy.payloads import payload_sizes
 
     describe_output(node, port)
