@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from estimation.enhanced_graph import Edge, EnhancedGraph, Leaf, Step
+from estimation.enhanced_graph import EnhancedGraph, Step
 from estimation.graph_kinematics import Array, FrameMotion, cross
+from estimation.graph_parts import Edge, Leaf
 
 Wrenches = dict[str, Array]  # (6,) [f m], N and N m, by edge or leaf
 
