@@ -10,46 +10,61 @@ from bus.names import key_of, stream_key
 from bus.receivers import Poll
 from bus.sample_queue import SampleQueue
 from bus.session import MAX_MESSAGE
-from bus.tokens import Token
+from bus.stream import THINNED_HZ
 
-RING = 1024  # bundles of 4 ms, or messages to an input, that wait for us
-DEPTH = 65536  # messages
+RING = 1024  # bundles of 4 ms, or messages, that wait for us in Zenoh
+DEPTH = 65536  # messages, between two reads
 
 
 class RawInput:
-    """Reads an output's bundled stream, or what is written to an input directly.
+    """Reads an output's stream, or what is written to an input directly.
+
+    Fast outputs are read in bundles. Of slow ones a message could lie in an open bundle
+    until the next one comes, which may be never.
 
     Args:
         session: Of a node.
         directory: The same node's.
-        port: The output or input.
+        name: The output or input; it need not stand yet.
+        rate: Its nominal rate [Hz], 0 when none or unknown.
     """
 
-    def __init__(self, session: Any, directory: Directory, port: Token):
-        self.refused = 0
-        self._owned = port.direction == "output"
+    def __init__(self, session: Any, directory: Directory, name: str, rate: float):
+        self.refused = self.foreign = 0
+        self.bundled = name.endswith(":o") and rate > THINNED_HZ
+        self._owned = name.endswith(":o")
+        self._heeded: bytes | None = None
         self._samples = SampleQueue(DEPTH)
-        key = stream_key(port.name, "bundled") if self._owned else key_of(port.name)
         self._poll = Poll(
-            *(session, directory, key, port.name if self._owned else None),
-            *(self._samples, MAX_MESSAGE),
+            *(session, directory, stream_key(name, "bundled") if self.bundled else key_of(name)),
+            *(name if self._owned else None, self._samples, MAX_MESSAGE),
             ring=RING,
-            bundled=self._owned,
+            bundled=self.bundled,
         )
 
     def read(self) -> Iterator[tuple[bytes, Envelope]]:
-        """Yield what has come since the last time, of the owner of the name only."""
+        """Yield what has come since the last time, of the owners of the name only."""
         self._poll.collect()
         while (item := self._samples.pop()) is not None:
-            data, _, _, leader, _ = item
+            data, _, _, owner, _ = item
             try:
                 envelope = envelope_of(data)
             except WireError:
                 self.refused += 1
                 continue
-            if self._owned and envelope.source != leader:
-                continue  # a writer that does not own the name
-            yield data, envelope
+            if self._heeds(envelope.source, owner):
+                yield data, envelope
+            else:
+                self.foreign += 1
+
+    def _heeds(self, source: bytes, owner: bytes | None) -> bool:
+        """The owner is who owned the name when we looked; what its predecessor had written
+        before may still have waited for us."""
+        if not self._owned or source == self._heeded:
+            return True
+        if source == owner:
+            self._heeded = source
+        return source == owner
 
     def close(self) -> None:
         """Receive no more."""

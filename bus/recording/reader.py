@@ -1,28 +1,31 @@
-"""Reads a recording; of one that was cut, all that is whole."""
+"""Reads a finished recording: all that it yields has passed a checksum."""
 
 import json
-import struct
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from mcap.exceptions import McapError
-from mcap.reader import McapReader, make_reader
-from mcap.records import Channel, Schema
-from mcap.summary import Summary
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, ChunkIndex, Metadata, Schema
 
 from bus.described_type import build
 from bus.envelope import Envelope, envelope_of
-from bus.errors import BusError
-
+from bus.recording.errors import RecordingError
+from bus.recording.index import check_header, read_summary
+from bus.recording.record_file import (
+    FOOTER,
+    RecordFile,
+    StoredMessage,
+    checked_attachment,
+    messages_in,
+    parse,
+    unpack_chunk,
+)
+from bus.recording.sealed import unseal
+from bus.recording.writer import CHANNEL
 
 MessageType = type
-
-
-class RecordingError(BusError):
-    """A file is no recording, or spoilt at a place that the text names."""
 
 
 class Port(NamedTuple):
@@ -57,47 +60,61 @@ class Recording:
     """A finished recording.
 
     Raises:
-        RecordingError: The file is missing, no recording, cut, or spoilt.
+        RecordingError: The file is missing, no recording, cut, or spoilt; the text says
+            where. Also from everything that reads on.
     """
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
-        with self._opened() as reader:
-            header = reader.get_header()
-            if header.profile != "wrenchbus":
-                raise RecordingError(f"{path}: an MCAP file of another program ({header.profile})")
-            summary = reader.get_summary()
-        if summary is None or summary.statistics is None:
-            raise RecordingError(
-                f"{path}: not finished; wrenchbus log repair rescues what is there"
-            )
-        self._summary: Summary = summary
-        counts = summary.statistics.channel_message_counts
-        self._counts = {id_: counts.get(id_, 0) for id_ in summary.channels}
-        self.start: int = summary.statistics.message_start_time  # arrival, wall time [ns]
-        self.end: int = summary.statistics.message_end_time
+        with RecordFile(self.path) as file:
+            check_header(file)
+            self._summary = read_summary(file)
+        statistics = self._summary.statistics
+        assert statistics is not None
+        self._counts = statistics.channel_message_counts
+        self.start: int = statistics.message_start_time  # arrival, wall time [ns]
+        self.end: int = statistics.message_end_time
 
     @cached_property
     def ports(self) -> dict[str, Port]:
-        """The recorded ports by name, sorted."""
+        """The recorded ports by name, sorted; of one whose type changed, the last type."""
         found: dict[str, Port] = {}
-        for id_, channel in self._summary.channels.items():
-            port = _port(channel, self._summary.schemas[channel.schema_id], self._counts[id_])
+        for port in self.channels:
             earlier = found.get(port.name)
             found[port.name] = port._replace(count=port.count + (earlier.count if earlier else 0))
         return dict(sorted(found.items()))
 
     @cached_property
+    def channels(self) -> list[Port]:
+        """The ports in order of their appearance, anew where type or owner changed."""
+        summary, counts = self._summary, self._counts
+        with RecordFile(self.path) as file, file.at(file.size - FOOTER):
+            return [
+                _port(channel, summary.schemas[channel.schema_id], counts.get(id_, 0))
+                for id_, channel in summary.channels.items()
+            ]
+
+    @cached_property
     def metadata(self) -> dict[str, dict[str, str]]:
         """What the recorder noted: ``recording``, and ``losses/<port>`` for each port."""
-        with self._opened() as reader:
-            return {record.name: record.metadata for record in reader.iter_metadata()}
+        found: dict[str, dict[str, str]] = {}
+        with RecordFile(self.path) as file:
+            for index in self._summary.metadata_indexes:
+                with file.at(index.offset):
+                    record = parse(Metadata.read, file.record(index.offset).content)
+                    found[record.name] = unseal(record)
+        return {name: texts for name, texts in found.items() if not name.startswith(CHANNEL)}
 
     @cached_property
     def attachments(self) -> dict[str, bytes]:
         """The files beside the messages, by name."""
-        with self._opened() as reader:
-            return {item.name: item.data for item in reader.iter_attachments()}
+        found: dict[str, bytes] = {}
+        with RecordFile(self.path) as file:
+            for index in self._summary.attachment_indexes:
+                with file.at(index.offset):
+                    content = checked_attachment(file.record(index.offset).content)
+                    found[index.name] = parse(Attachment.read, content).data
+        return found
 
     def messages(
         self,
@@ -113,21 +130,51 @@ class Recording:
         """
         if missing := set(ports or ()) - self.ports.keys():
             raise RecordingError(f"{self.path}: no {sorted(missing)}; it has {sorted(self.ports)}")
-        with self._opened() as reader:
-            topics = None if ports is None else list(ports)
-            found = reader.iter_messages(topics, starting_at=start, ending_before=end)
-            for _, channel, message in found:
-                yield Message(channel.topic, message.data, message.log_time)
+        topics = {
+            id_: channel.topic
+            for id_, channel in self._summary.channels.items()
+            if ports is None or channel.topic in ports
+        }
+        first = self.start if start is None else start
+        last = self.end + 1 if end is None else end
+        for message in self._stored(topics, first, last):
+            if first <= message.log_time < last and message.channel in topics:
+                yield Message(topics[message.channel], message.data, message.log_time)
 
-    @contextmanager
-    def _opened(self) -> Iterator[McapReader]:
-        try:
-            with self.path.open("rb") as file:
-                yield make_reader(file, validate_crcs=True)
-        except OSError as error:
-            raise RecordingError(f"{self.path}: {error.strerror or error}") from None
-        except (McapError, ValueError, struct.error, KeyError, EOFError) as error:
-            raise RecordingError(f"{self.path}: spoilt: {error}") from error
+    def _stored(self, topics: Collection[int], first: int, last: int) -> Iterator[StoredMessage]:
+        """Yield messages in order of arrival, holding back those that a later chunk precedes."""
+        chunks = [
+            index
+            for index in sorted(self._summary.chunk_indexes, key=lambda i: i.message_start_time)
+            if index.message_end_time >= first
+            and index.message_start_time < last
+            and not _lacks(index, topics)
+        ]
+        waiting: list[StoredMessage] = []
+        with RecordFile(self.path) as file:
+            for index in chunks:
+                if waiting and waiting[-1].log_time >= index.message_start_time:
+                    early = [m for m in waiting if m.log_time < index.message_start_time]
+                    yield from early
+                    waiting = waiting[len(early) :]
+                else:
+                    yield from waiting
+                    waiting = []
+                waiting += self._chunk(file, index)
+                waiting.sort(key=lambda message: message.log_time)
+            yield from waiting
+
+    def _chunk(self, file: RecordFile, index: ChunkIndex) -> list[StoredMessage]:
+        with file.at(index.chunk_start_offset):
+            record = file.record(index.chunk_start_offset)
+            if record.opcode != Opcode.CHUNK:
+                raise ValueError(f"expected a chunk, got a record {record.opcode}")
+            return list(messages_in(unpack_chunk(record.content)))
+
+
+def _lacks(chunk: ChunkIndex, channels: Collection[int]) -> bool:
+    told = chunk.message_index_offsets.keys()
+    return bool(told) and told.isdisjoint(channels)
 
 
 def _port(channel: Channel, schema: Schema, count: int) -> Port:
@@ -141,13 +188,3 @@ def _port(channel: Channel, schema: Schema, count: int) -> Port:
         told.get("fields", []),
         count,
     )
-
-
-def rescue(file: IO[bytes]) -> Iterator[Any]:
-    """Yield the records of a file up to the first that is cut or spoilt, chunks whole."""
-    from mcap.stream_reader import StreamReader
-
-    try:
-        yield from StreamReader(file, emit_chunks=True, validate_crcs=True).records
-    except (McapError, ValueError, struct.error, KeyError, EOFError):
-        return
