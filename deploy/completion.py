@@ -1,7 +1,11 @@
 """Names from the running bus, for the shell's completion: quick, and silent whatever happens."""
 
 import os
-from collections.abc import Callable
+import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
+from io import StringIO
 
 import typer
 
@@ -34,17 +38,29 @@ def _complete(context: typer.Context, incomplete: str, names: Callable) -> list[
         )
         with open_bus(connection, deadline=0.5) as node:
             hear_all(node, timeout=0.5)
-            found = sorted({name for name in names(node) if name.startswith(incomplete)})
+            return sorted({name for name in names(node) if name.startswith(incomplete)})
     except Exception:  # no bus, or a broken one: nothing to suggest, and no word in the prompt
         return []
-    return [name[_already_there(incomplete) :] for name in found]
+
+
+@contextmanager
+def names_rejoined() -> Iterator[None]:
+    """Complete words that bash has split at the colons of port names, which it does not replace."""
+    environment = os.environ
+    if environment.get("_WRENCHBUS_COMPLETE") != "complete_bash":
+        yield
+        return
+    words = environment["COMP_WORDS"].split("\n")[: int(environment["COMP_CWORD"]) + 1]
+    joined = re.sub("\n?:\n?", ":", "\n".join(words))
+    environment["COMP_WORDS"], environment["COMP_CWORD"] = joined, str(joined.count("\n"))
+    there = joined.rpartition("\n")[2].rfind(":") + 1
+    with redirect_stdout(StringIO()) as completed:
+        try:
+            yield
+        finally:
+            for line in completed.getvalue().splitlines():
+                print(line[there:], file=sys.__stdout__)
 
 
 def _services(node) -> list[str]:
     return [owner.service for owner in node.directory.services()]
-
-
-def _already_there(incomplete: str) -> int:
-    """Return how much of the word bash does not replace: it begins a new one at each colon."""
-    bash = os.environ.get("_WRENCHBUS_COMPLETE") == "complete_bash"
-    return incomplete.rfind(":") + 1 if bash else 0

@@ -5,6 +5,7 @@ import sys
 import typer
 
 from deploy.cli import app
+from deploy.completion import names_rejoined
 from deploy.errors import CommandError
 
 INTERRUPTED = 130  # what typer returns when Ctrl-C ended a verb
@@ -12,7 +13,8 @@ INTERRUPTED = 130  # what typer returns when Ctrl-C ended a verb
 
 def main() -> None:
     """Run one verb and leave with its exit status."""
-    sys.exit(run(sys.argv[1:]))
+    with names_rejoined():
+        sys.exit(run(sys.argv[1:]))
 
 
 def run(arguments: list[str]) -> int:
