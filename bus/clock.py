@@ -57,12 +57,9 @@ class SessionClock:
         self._thread = threading.get_ident()  # the node's own
         self._reading = threading.Lock()
 
-    def follow(self, clock: "Input", wait: Callable[[float], bool] | None = None) -> None:
+    def follow(self, clock: "Input") -> None:
         """Take the time from an input of type Clock."""
-        self._input, self._wait = clock, wait or self._wait
-        node = getattr(wait, "__self__", None)
-        if node is not None:
-            self._running = lambda: node.running
+        self._input = clock
 
     @property
     def simulated(self) -> bool:

@@ -76,7 +76,7 @@ class Node:
         self.on_close: list[Callable[[], None]] = []
         self.beats: list[Callable[[], None]] = []  # called at every wait
         self.parameters = parameters or Parameters()
-        self.clock = SessionClock(lockstep)
+        self.clock = SessionClock(lockstep, self.wait, lambda: self.running)
         self.session = open_session(
             "peer", [endpoint], [listen or LOOPBACK], self.namespace, zenoh_config, insecure
         )
@@ -109,7 +109,7 @@ class Node:
     def follow_clock(self, port: str) -> None:
         """Take the session's time from a clock port, as in ``/icub/clock:o``."""
         followed = self.input(f"/{self.name}/clock:i", Clock, source=port, depth=4)
-        self.clock.follow(followed, self.wait)
+        self.clock.follow(followed)
 
     def output(
         self,
