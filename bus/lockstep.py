@@ -1,5 +1,6 @@
 """Lockstep: the plant takes its next tick when every participant has had the last one."""
 
+import logging
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +10,12 @@ from bus.envelope import SIMULATED
 from bus.errors import BusError, LockstepTimeout
 
 if TYPE_CHECKING:
+    from bus.input import Input
     from bus.node import Node
+
+logger = logging.getLogger(__name__)
+
+PATIENCE = 2.0  # s
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,55 @@ class Participant:
         """Tell the plant that a stamp [ns] is done; after its output, when one is due."""
         if self._output is not None:
             self._output.write(Acknowledgement(), stamp=stamp, clock=SIMULATED)
+
+
+class Join:
+    """Joins streams by stamp: in lockstep waits for what the other writers make of a stamp.
+
+    Which of their messages has arrived when ours is handled is chance otherwise. Outside
+    of a lockstep nothing waits: the newest message counts.
+    """
+
+    def __init__(self, node: "Node", inputs: Sequence["Input"]):
+        self._node, self._inputs = node, inputs
+        self._missed: set[Input] = set()  # said once
+
+    def wait(self, stamp: int) -> None:
+        """Read each input until its message for a stamp [ns] has come; at most 2 s.
+
+        A stream of N Hz has a message for the first stamp of each 1/N s.
+        """
+        for port in self._inputs:
+            port.newest()
+            if self._node.lockstep.enabled:
+                self._await(port, stamp)
+
+    def _await(self, port: "Input", stamp: int) -> None:
+        deadline = time.monotonic() + (0.0 if port in self._missed else PATIENCE)
+        while not self._has(port, stamp):
+            if time.monotonic() >= deadline or not self._node.running:
+                self._miss(port, stamp)
+                return
+            self._node.wait(0.05)
+            port.newest()
+        self._missed.discard(port)
+
+    def _has(self, port: "Input", stamp: int) -> bool:
+        owners = [owner for s in port.sources if (owner := self._node.directory.owner(s))]
+        if not owners:
+            return True  # there is nothing to wait for
+        rate = max(owner.rate for owner in owners)
+        period = int(1e9 / rate) if rate else 0
+        due = stamp // period * period if period else 0
+        return port.latest is not None and due <= port.latest.envelope.stamp <= stamp
+
+    def _miss(self, port: "Input", stamp: int) -> None:
+        if port not in self._missed and self._node.running:
+            self._missed.add(port)
+            logger.warning(
+                "%s: nothing for %d ns within %g s; is its writer in the lockstep?",
+                *(port.name, stamp, PATIENCE),
+            )
 
 
 class Lockstep:

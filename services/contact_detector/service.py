@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from bus import Node, Pending, Received
+from bus.lockstep import Join
 from bus.rhythm import Rhythm
 from estimation.contact_detector import ContactDetector
 from estimation.limb_monitor import LimbFlag
@@ -69,6 +70,7 @@ class ContactService:
             rate=ports.rate("base"),
             polled=not self._config.lockstep,
         )
+        self._join = Join(node, [self._base])
         rate = self._config.rate
         self._residuals = node.output(
             ports.name("residuals", robot), Residuals, rate=rate, **common
@@ -117,6 +119,9 @@ class ContactService:
             self._complain(envelope.reason or "the sensor frame is invalid")
             return
         stamp = envelope.stamp
+        if self._config.lockstep and self._config.support != "floor":
+            self._join.wait(stamp)
+            self._up_base = self._look_up()
         if self._stamp is None or stamp <= self._stamp:
             self._restart()
         self._stamp = stamp

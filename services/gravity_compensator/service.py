@@ -7,6 +7,7 @@ import numpy as np
 
 from bus import Input, Node, Received
 from bus.envelope import Envelope
+from bus.lockstep import Join
 from bus.rhythm import Rhythm
 from bus.stream import THINNED_HZ
 from estimation.gravity import GravityCompensator
@@ -42,6 +43,7 @@ class GravityService:
         self._sensors = self._input("sensors", SensorFrame)
         self._base = self._input("base", BaseState)
         self._wrenches = self._input("wrenches", ExternalWrenches)
+        self._join = Join(node, [self._base, self._wrenches])
         self._output = node.output(
             ports.name("gravity", robot),
             GravityTorques,
@@ -92,8 +94,7 @@ class GravityService:
         self._node.acknowledge(envelope.stamp)
 
     def _compensate(self, frame: SensorFrame, envelope: Envelope) -> None:
-        self._base.newest()
-        self._wrenches.newest()
+        self._join.wait(envelope.stamp)
         if reason := self._obstacle(frame, envelope):
             self._write_nothing(reason)
             return

@@ -18,7 +18,6 @@ from tests.system.stack import MODULES, STREAMS, Stack
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 TICKS = 200
 PARTICIPANTS = [name for name in MODULES if name not in ("robot_sim", "dashboard")]
-EXACT = ("sensors", "torques", "wrenches", "ft_prediction", "base", "residuals", "contacts")
 Record = dict[str, dict[int, Any]]  # data by stream and stamp
 
 
@@ -40,7 +39,8 @@ def run(robot: Robot, truth: bool) -> Record:
             keys = (*STREAMS, "truth") if truth else STREAMS
             inputs = {key: _listen(node, robot, key) for key in keys}
             node.ready()
-            stack.simulate("step", ticks=TICKS)
+            for _ in range(TICKS // 20):  # each answered in time on the slowest machine
+                stack.simulate("step", ticks=20)
             record: Record = {key: {} for key in keys}
 
             def complete() -> bool:
@@ -81,10 +81,6 @@ def difference(ours: Mapping[int, Any], theirs: Mapping[int, Any]) -> float:
 def test_no_output_changes_when_the_truth_port_is_absent(robot: Robot):
     with_truth, without = run(robot, True), run(robot, False)
     assert with_truth["truth"]
-    for key in EXACT:
+    for key in STREAMS:
         assert len(set(with_truth[key]) & set(without[key])) > 10, key
         assert difference(with_truth[key], without[key]) == 0.0, key
-    # which base estimate a posture meets is chance, within a tick or two
-    gravity = [{s: m for s, m in run["gravity"].items() if m[1]} for run in (with_truth, without)]
-    assert len(set(gravity[0]) & set(gravity[1])) > 10
-    assert difference(*gravity) < 0.1  # N m
