@@ -6,7 +6,7 @@ from deploy.verbs import (
     check,
     clock,
     latency,
-    log,
+    log_group,
     measure,
     ping,
     ports,
@@ -44,7 +44,7 @@ add(status.status, "status", "status --json")
 add(service.terminate, "terminate", "terminate torque_observer")
 NEGATIVE = {"ignore_unknown_options": True}  # -1 is a value
 add(service.param, "param", "param set torque_observer support pole", **NEGATIVE)
-add(log.log, "log", "log torque_observer --level warning --follow")
+app.add_typer(log_group.group, name="log")
 add(ping.ping, "ping", "ping torque_observer -n 10")
 add(top.top, "top", "top -n 1 --json")
 add(ports.list_all, "list", "list --json")

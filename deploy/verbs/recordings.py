@@ -1,0 +1,204 @@
+"""``wrenchbus log info``, ``export``, ``convert``, ``import-…``: what is done with recordings."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from deploy.errors import CommandError, UsageError
+from deploy.options import Json
+from deploy.output import print_json, print_line, print_table, print_warning
+
+if TYPE_CHECKING:
+    from bus.recording import Recording
+
+File = Annotated[Path, typer.Argument(metavar="FILE", help="A recording, as touch.mcap.")]
+Ports = Annotated[list[str] | None, typer.Argument(metavar="PORT", help="Ports; default: all.")]
+From = Annotated[
+    float | None, typer.Option("--from", min=0.0, help="Begin so many seconds after the start.")
+]
+To = Annotated[
+    float | None, typer.Option("--to", min=0.0, help="End so many seconds after the start.")
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it exists.")]
+Out = Annotated[Path, typer.Option("-o", "--out", metavar="OUT", help="What is written.")]
+Map = Annotated[
+    Path, typer.Option("--map", metavar="MAP.yaml", help="Which stream is which channel.")
+]
+
+PORT_COLUMNS = ("name", "type", "messages", "hz", "nominal_hz", "lost", "refused")
+
+
+def info(file: File, as_json: Json = False) -> None:
+    """Show a recording's duration, ports, rates, losses, attachments and metadata."""
+    from deploy.recordings.info import describe
+
+    about = describe(_open(file))
+    if as_json:
+        print_json(about)
+        return
+    megabytes = about["bytes"] * 1e-6
+    print_line(f"{file}: {about['duration_s']:.3f} s, {about['messages']} messages,"
+               f" {megabytes:.2f} MB, {about['lost']} lost")  # fmt: skip
+    ports = about["ports"]
+    print_table([port for port in ports if port["messages"] or port["lost"]], PORT_COLUMNS)
+    if silent := [port["name"] for port in ports if not port["messages"]]:
+        print_line(f"silent: {' '.join(silent)}")
+    for entry in about["attachments"]:
+        print_line(f"attached: {entry['name']} ({entry['bytes']} bytes)")
+    for name, texts in about["metadata"].items():
+        for key, text in texts.items():
+            print_line(f"{name}.{key}: {text}")
+
+
+def export(
+    file: File,
+    ports: Ports = None,
+    out: Out = ...,  # type: ignore[assignment]
+    start: From = None,
+    end: To = None,
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """Write a recording's numbers as one .npz, or as a folder of CSV tables.
+
+    An OUT that ends in .npz gets arrays named PORT/FIELD; any other OUT is a folder with
+    one table per port.
+    """
+    from deploy.recordings.csv_tables import export_csv
+    from deploy.recordings.npz import export_npz
+    from deploy.recordings.robots import robots_of
+    from deploy.recordings.selection import Selection
+
+    recording = _open(file)
+    selection = Selection(recording, ports or (), start, end)
+    _make_way(out, overwrite)
+    write = export_npz if out.suffix == ".npz" else export_csv
+    try:
+        counts = write(selection, robots_of(recording), out)
+    except OSError as error:
+        raise CommandError(f"{out}: {error.strerror or error}") from None
+    _tell(out, counts, selection.undecodable, as_json)
+
+
+def convert(
+    file: File,
+    ports: Ports = None,
+    out: Out = ...,  # type: ignore[assignment]
+    to_json: Annotated[
+        bool, typer.Option("--json", help="JSON messages; there is no other format.")
+    ] = True,
+    rate: Annotated[
+        float | None, typer.Option(min=0.1, help="Messages per second and port at most.")
+    ] = None,
+    session_time: Annotated[
+        bool, typer.Option("--session-time", help="Plot over simulated, not wall, time.")
+    ] = False,
+    start: From = None,
+    end: To = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write an MCAP file of JSON messages, which PlotJuggler and Foxglove open.
+
+    Joints, sensors and axes are keys. For Foxglove's 3D panel there are the robot and the
+    forces on it.
+    """
+    from deploy.recordings.json_mcap import convert as write
+    from deploy.recordings.robots import robots_of
+    from deploy.recordings.selection import Selection
+
+    recording = _open(file)
+    selection = Selection(recording, ports or (), start, end)
+    _make_way(out, overwrite)
+    try:
+        counts = write(recording, selection, robots_of(recording), out, rate, session_time)
+    except OSError as error:
+        raise CommandError(f"{out}: {error.strerror or error}") from None
+    _tell(out, counts, selection.undecodable, as_json=False)
+
+
+def import_yarp(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="What yarpdatadumper wrote.")],
+    map_file: Map = ...,  # type: ignore[assignment]
+    out: Out = ...,  # type: ignore[assignment]
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """Make a recording that can be replayed from the folders of yarpdatadumper."""
+    from deploy.recordings.foreign.importing import import_yarp as read
+
+    _report(read, folder, map_file, out, overwrite, as_json)
+
+
+def import_csv(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A table with a header.")],
+    map_file: Map = ...,  # type: ignore[assignment]
+    out: Out = ...,  # type: ignore[assignment]
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """Make a recording that can be replayed from a table."""
+    from deploy.recordings.foreign.importing import import_csv as read
+
+    _report(read, file, map_file, out, overwrite, as_json)
+
+
+def import_npz(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="An .npz of arrays over time.")],
+    out: Out = ...,  # type: ignore[assignment]
+    robot: Annotated[str, typer.Option("--robot", help="Whose log it is.")] = "icub",
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """Make a recording that can be replayed from arrays, as wrenchbus estimate reads them."""
+    from deploy.recordings.foreign.importing import import_npz as read
+
+    _report(read, file, robot, out, overwrite, as_json)
+
+
+def _open(path: Path) -> "Recording":
+    from bus.recording import Recording
+
+    return Recording(path)
+
+
+def _make_way(out: Path, overwrite: bool) -> None:
+    """Refuse to write over a file; remove it when that is asked for."""
+    if not out.exists():
+        return
+    if not overwrite:
+        raise UsageError(f"{out} exists; --overwrite replaces it")
+    if not out.is_dir():
+        out.unlink()
+
+
+def _tell(out: Path, counts: dict[str, int], undecodable: dict[str, int], as_json: bool) -> None:
+    for port, count in undecodable.items():
+        if count:
+            print_warning(f"{port}: {count} messages could not be decoded, and are left out")
+    if as_json:
+        print_json({"file": str(out), "messages": counts, "undecodable": sum(undecodable.values())})
+        return
+    for name, count in counts.items():
+        print_line(f"{name}: {count}")
+    print_line(f"written: {out}")
+
+
+def _report(read: Any, source: Path, how: Any, out: Path, overwrite: bool, as_json: bool) -> None:
+    from robot_model.errors import DescriptionError
+
+    _make_way(out, overwrite)
+    try:
+        summary = read(source, how, out)
+    except DescriptionError as error:
+        raise UsageError(str(error)) from None
+    for text in summary["report"]:
+        print_warning(text)
+    if as_json:
+        print_json(summary)
+        return
+    seconds, hz = summary["duration_s"], summary["hz"]
+    print_line(f"written: {out}: {summary['frames']} frames, {seconds:.3f} s at {hz:.6g} Hz")
+    shares = [f"{kind} {100.0 * share:.4g} %" for kind, share in summary["valid"].items()]
+    print_line(f"measured: {', '.join(shares)}")
+    print_line(f"lines left out: {summary['lines_left_out']}")
