@@ -9,17 +9,17 @@ from bus.envelope import SIMULATED
 from bus.errors import WireError
 from bus.names import check_name, did_you_mean
 from bus.node import Node
-from bus.recording.player import Player, Tape
+from bus.recording.player import Player
 from bus.recording.raw_output import open_raw_output
 from bus.recording.read_ahead import Item
-from bus.recording.reader import Port, RecordingError
+from bus.recording.reader import Port, Recording, RecordingError
 
 BURST = 500  # messages, after which requests and keys are looked at
 IDLE = 0.05  # s
 NOT_PLAYED = ("/*/acknowledged:o",)  # unless named: a lockstep is of those who are in it
 
 
-def select_ports(tape: Tape, patterns: Iterable[str]) -> dict[str, Port]:
+def select_ports(tape: Recording, patterns: Iterable[str]) -> dict[str, Port]:
     """Return the ports to play: those that match a name or pattern, else all outputs.
 
     Raises:
@@ -69,7 +69,7 @@ class Playback:
             self._clock = ClockServer(node, self._clock_name)
         self._decode = Decoder(Clock).decode
         self._time, self._state = -1, "running"
-        player.serve(node)
+        player.serve(node, lambda: {"refused": self.refused})
 
     def spin(self) -> None:
         """Write what is due, then wait for what is due next, or for a request."""

@@ -1,41 +1,18 @@
 """Hands out a recording's messages when they are due; paused, stepped, moved by anybody."""
 
 import time
-from collections.abc import Collection, Iterator
-from pathlib import Path
-from typing import Any, Protocol
+from collections.abc import Callable, Collection, Iterator
+from typing import Any
 
 from bus.node import Node
 from bus.recording.read_ahead import Item, ReadAhead, by_sent
-from bus.recording.reader import Message, Port, RecordingError
+from bus.recording.reader import Recording, RecordingError
 from bus.recording.timeline import Timeline
 
 RPC = "/player/rpc:i"  # whoever plays answers here
 STEP = 0.01  # s
 RATES = 0.01, 100.0
 UNKNOWN = 0.005  # s after which to ask again when the next message is not read yet
-
-
-class Tape(Protocol):
-    """What a player needs of a recording."""
-
-    path: Path
-    start: int  # arrival of the first message, wall ns
-    end: int
-
-    @property
-    def ports(self) -> dict[str, Port]:
-        """What is recorded."""
-        ...
-
-    def messages(
-        self,
-        ports: Collection[str] | None = None,
-        start: int | None = None,
-        end: int | None = None,
-    ) -> Iterator[Message]:
-        """Yield messages in order of arrival."""
-        ...
 
 
 class Player:
@@ -57,7 +34,7 @@ class Player:
 
     def __init__(
         self,
-        tape: Tape,
+        tape: Recording,
         ports: Collection[str],
         rate: float | None = 1.0,
         loop: bool = False,
@@ -68,6 +45,7 @@ class Player:
         self.ended = False
         self.jumps = self.played = 0
         self.loop = loop
+        self._more: Callable[[], dict[str, Any]] = dict
         self._tape, self._ports = tape, list(ports)
         self.duration = (tape.end - tape.start) * 1e-9  # s
         self.begin = begin
@@ -131,8 +109,9 @@ class Player:
         moment = self._timeline.position(time.monotonic_ns())
         return min(max(0.0, (moment - self._tape.start) * 1e-9), self.duration)
 
-    def serve(self, node: Node) -> None:
-        """Let anybody ask: the verbs of ``/player/rpc:i``."""
+    def serve(self, node: Node, more: Callable[[], dict[str, Any]] = dict) -> None:
+        """Let anybody ask: the verbs of ``/player/rpc:i``; ``more`` is added to the status."""
+        self._more = more
         verbs = (self.pause, self.resume, self.step, self.seek, self.rate, self.status)
         node.rpc(RPC, {verb.__name__: verb for verb in verbs})
 
@@ -186,6 +165,7 @@ class Player:
             "ended": self.ended,
             "played": self.played,
             "slipped_s": self._timeline.slipped * 1e-9,
+            **self._more(),
         }
 
     def close(self) -> None:

@@ -3,6 +3,7 @@
 from pydantic import BaseModel, ConfigDict, Field
 
 from robot_model.service_config import RobotServiceConfig
+from services.sensor_server.replay_config import ReplayConfig
 
 
 class FilterConfig(BaseModel):
@@ -33,4 +34,5 @@ class SensorServerConfig(RobotServiceConfig):
     rate: float = Field(default=1000.0, gt=0.0)  # Hz
     filter: FilterConfig = FilterConfig()
     command: CommandConfig = CommandConfig()
+    replay: ReplayConfig = ReplayConfig()
     inputs: dict[str, str] = {}

@@ -8,6 +8,10 @@ from robot_model import Robot
 from robot_model.messages import MotorCommand, RawFrame
 
 FtConvention = Literal["wrenchbus", "urdf"]
+OURS = {
+    "plant": "services.sensor_server.plant_driver:PlantDriver",
+    "replay": "services.sensor_server.replay_driver:ReplayDriver",
+}
 
 
 class Reading(NamedTuple):
@@ -62,16 +66,15 @@ class Driver(Protocol):
 
 
 def make_driver(name: str, node: Node, robot: Robot, config: Any) -> Driver:
-    """Make the driver called ``plant``, or the class named as ``package.module:Class``.
+    """Make the driver ``plant`` or ``replay``, or the class named as ``package.module:Class``.
 
     Raises:
         ValueError: there is no such driver.
     """
-    path = "services.sensor_server.plant_driver:PlantDriver" if name == "plant" else name
-    module, _, class_name = path.partition(":")
+    module, _, class_name = OURS.get(name, name).partition(":")
     try:
         return getattr(import_module(module), class_name)(node, robot, config)
     except (ImportError, AttributeError, ValueError) as error:
         raise ValueError(
-            f"driver: expected 'plant' or 'package.module:Class', got {name!r} ({error})"
+            f"driver: expected 'plant', 'replay' or 'package.module:Class', got {name!r} ({error})"
         ) from None

@@ -3,19 +3,25 @@
 import time
 from collections import deque
 from collections.abc import Iterator
+from pathlib import Path
+from queue import Queue
 from typing import Any
 
 import numpy as np
 import pytest
 
 from bus import Node
+from bus.encoder import Encoder
 from bus.parameters import Parameters
+from bus.recording.reader import Message, Port
+from bus.schema import fields_of, type_name
 from bus.testing import eventually, running_hub
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import MotorCommand, RawFrame
 from services.sensor_server.config import SensorServerConfig
 from services.sensor_server.driver import Driver, FtConvention, Reading
 from services.sensor_server.plant_driver import PlantDriver
+from services.sensor_server.replay_driver import ReplayDriver
 from services.sensor_server.service import SensorServer
 
 TICK = 1_000_000  # [ns]
@@ -141,7 +147,64 @@ class PlantHardware:
         self._plant.close()
 
 
-HARDWARE = {"memory": MemoryHardware, "plant": PlantHardware}
+class GrowingTape:
+    """A recording to which a test adds frames while it is played; its time is wall time."""
+
+    def __init__(self, robot: Robot):
+        self.path, self.start = Path("growing.mcap"), time.time_ns()
+        self.end = self.start + 3_600_000_000_000
+        name, fields = ports.name("raw", robot), [f.describe() for f in fields_of(RawFrame)]
+        self.ports = {name: Port(name, type_name(RawFrame), "output", 1000.0, fields, 0)}
+        self._name, self._messages = name, Queue[bytes | None]()
+        sizes = {"model": robot.model_hash, "dimensions": robot.dimensions}
+        self._encoder, self._seq = Encoder(RawFrame, bytes(16), **sizes), 0
+
+    def add(self, frame: RawFrame, stamp: int) -> None:
+        """Record a frame, now."""
+        self._seq += 1
+        now = time.time_ns()
+        self._messages.put(self._encoder.encode(frame, self._seq, stamp, 1, now, now))
+
+    def messages(self, *_: Any) -> Iterator[Message]:
+        while (data := self._messages.get()) is not None:
+            yield Message(self._name, data, time.time_ns())
+
+    def close(self) -> None:
+        """There is no more."""
+        self._messages.put(None)
+
+
+class ReplayHardware:
+    """A recording in the place of hardware."""
+
+    def __init__(self, node: Node, robot: Robot, config: SensorServerConfig):
+        self._replay = ReplayDriver(node, robot, config)
+        self.driver: Driver = self._replay
+        self._node, self._robot = node, robot
+
+    def connect(self) -> None:
+        self._tape = GrowingTape(self._robot)
+        self._replay.load(self._tape)  # type: ignore[arg-type]  # as much of one as is needed
+        self._node.ready()
+
+    def deliver(self, stamp: int, **changes: Any) -> None:
+        self._tape.add(raw_frame(self._robot, changes), stamp)
+
+    def commands(self) -> None:
+        """A recording has no boards."""
+
+    @property
+    def ignored(self) -> int:
+        """Commands that went nowhere."""
+        return self._replay.ignored
+
+    def close(self) -> None:
+        self.driver.close()
+        self._tape.close()
+
+
+HARDWARE = {"memory": MemoryHardware, "plant": PlantHardware, "replay": ReplayHardware}
+Hardware = MemoryHardware | PlantHardware | ReplayHardware
 
 
 @pytest.fixture(scope="session")
@@ -165,7 +228,7 @@ def robot() -> Robot:
 
 
 @pytest.fixture(params=list(HARDWARE))
-def hardware(request, node: Node, robot: Robot) -> Iterator[MemoryHardware | PlantHardware]:
+def hardware(request, node: Node, robot: Robot) -> Iterator[Hardware]:
     """A driver and the hardware behind it, connected."""
     hardware = HARDWARE[request.param](node, robot, SensorServerConfig())
     try:

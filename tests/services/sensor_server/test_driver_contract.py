@@ -76,11 +76,16 @@ def test_silence_has_a_reason_and_ends_with_the_next_frame(hardware):
     assert hardware.driver.silence == ""
 
 
-def test_a_command_reaches_the_boards_as_it_is(hardware, robot):
+def test_a_command_reaches_the_boards_as_it_is_or_is_said_to_be_ignored(hardware, robot, caplog):
     hardware.deliver(TICK)
     reading = read(hardware)
     value, torque = np.linspace(-1.0, 1.0, robot.n), np.linspace(0.0, 2.0, robot.n)
     command = MotorCommand(mode="velocity", value=value, feedforward=torque)
+
+    if hardware.commands() is None:  # there are no boards
+        hardware.driver.write(command, reading)
+        assert hardware.ignored == 1 and "commands are ignored" in caplog.text
+        return
 
     def received():
         hardware.driver.write(command, reading)  # again and again: the link may just come up
@@ -114,5 +119,7 @@ def test_closing_twice_is_closing_once(hardware):
 
 @pytest.mark.parametrize("name", ["nonsense", "no.such.module:Driver", "services:Driver"])
 def test_an_unknown_driver_is_refused_with_what_is_expected(node, robot, name):
-    with pytest.raises(ValueError, match="expected 'plant' or 'package.module:Class', got"):
+    with pytest.raises(
+        ValueError, match="expected 'plant', 'replay' or 'package.module:Class', got"
+    ):
         make_driver(name, node, robot, SensorServerConfig())
