@@ -11,6 +11,7 @@ from .bars import torque_bars
 from .config import DashboardConfig
 from .errands import Errands
 from .html import line, note
+from .input_rows import input_table
 from .inputs import Inputs
 from .last_contact import LastContact
 from .panel import Panel
@@ -89,7 +90,8 @@ class Page:
                 panel.chart.draw()
         if self._texts.due(now):
             self._draw_torques(known)
-            panel.ports.content = port_table(self._watch.rows, self._inputs.ages())
+            panel.ports.content = port_table(self._watch.outputs, self._inputs.ages())
+            panel.inputs.content = input_table(self._watch.inputs)
 
     def _draw_torques(self, known: Snapshot) -> None:
         if known.torques is None:

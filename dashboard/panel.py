@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import viser
 
+from bus.session import insecure_notice
 from robot_model import Robot
 
 from .chart import ResidualChart
 from .config import DashboardConfig
-from .html import GREY, line, note
+from .html import AMBER, GREY, line, note
 from .push import DIRECTIONS
 
 LEGEND = (
@@ -39,6 +40,8 @@ class Panel:
     ):
         self.clicks: deque[Click] = deque()
         self.status = gui.add_html(line("status", "stale: starting", GREY))
+        if notice := insecure_notice():
+            gui.add_html(note("insecure", notice, AMBER))
         self.alarm = gui.add_html(line("alarm", "contact unknown: starting", GREY, "17px"))
         self.last = gui.add_html("")
         tabs = gui.add_tab_group()
@@ -53,6 +56,7 @@ class Panel:
             self._add_view(gui, config)
         with tabs.add_tab("Ports"):
             self.ports = gui.add_html(note("ports", "looking for ports"))
+            self.inputs = gui.add_html("")
         with tabs.add_tab("Help"):
             gui.add_markdown((Path(__file__).parent / "help.md").read_text())
 

@@ -1,14 +1,18 @@
-"""The table of ports: what is alive, how fast, how old, how much was lost."""
+"""The table of outputs: what is alive, how fast, how old, how much was lost."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from .html import AMBER, GREEN, GREY, RED, escape
+from .html import AMBER, GREEN, GREY, RED
+from .table import Cell, table
 
 SLOW = 0.9  # of the nominal rate; slower is shown as slow
-
-CELL = "padding:1px 5px;text-align:right;white-space:nowrap"
-LEFT = "padding:1px 5px;text-align:left;overflow-wrap:anywhere"
+TITLES = ("output", "state", "Hz", "nominal", "age", "lost")
+NOTE = (
+    "Hz: as the writer counts. Age: since the measurement where this page reads the port, else"
+    " since the writer was last seen to write. Lost: messages that its readers miss. Idle: nobody"
+    " listens, so nothing is written; where all readers are content with 250 Hz, no more is."
+)
 
 
 class PortRow(NamedTuple):
@@ -79,36 +83,23 @@ def _state(port: Mapping[str, Any], hz: float, nominal: float) -> str:
 
 def port_table(rows: list[PortRow], ages: Mapping[str, float]) -> str:
     """Return the table; ``ages`` [s] of measurements, where the page reads a port itself."""
-    head = "".join(
-        f'<th style="{CELL if i else LEFT};color:{GREY};font-weight:500">{title}</th>'
-        for i, title in enumerate(("port", "state", "Hz", "nominal", "age", "lost"))
-    )
-    body = "".join(_table_row(row, ages.get(row.name, row.age)) for row in rows)
-    return (
-        '<div id="ports" style="padding:0 6px;font:11px/1.35 system-ui,sans-serif">'
-        f'<table style="border-collapse:collapse;width:100%"><tr>{head}</tr>{body}</table>'
-        f'<p style="color:{GREY}">Hz: as the writer counts. Age: since the measurement where this'
-        " page reads the port, else since the writer was last seen to write. Lost: messages that"
-        " its readers miss. Idle: nobody listens, so nothing is written; where all readers are"
-        " content with 250 Hz, no more is.</p></div>"
-    )
+    return table("ports", TITLES, [_cells(row, ages.get(row.name, row.age)) for row in rows], NOTE)
 
 
-def _table_row(row: PortRow, age: float | None) -> str:
-    colour = {"alive": GREEN, "idle": GREY, "slow": AMBER}.get(row.state, RED)
-    nominal = f"{row.nominal:.0f}" if row.nominal else "-"
-    cells = (row.state, f"{row.hz:.0f}", nominal, _age(age), str(row.lost))
-    styles = (f"{CELL};color:{colour}", CELL, CELL, CELL, f"{CELL};{_lost_style(row.lost)}")
-    rest = "".join(
-        f'<td style="{style}">{escape(cell)}</td>'
-        for style, cell in zip(styles, cells, strict=True)
-    )
-    name = f'<td style="{LEFT}" title="{escape(row.service)}">{escape(row.name)}</td>'
-    return f"<tr>{name}{rest}</tr>"
+def _cells(row: PortRow, age: float | None) -> list[Cell]:
+    return [
+        Cell(row.name, hint=row.service),
+        Cell(row.state, {"alive": GREEN, "idle": GREY, "slow": AMBER}.get(row.state, RED)),
+        Cell(f"{row.hz:.0f}"),
+        Cell(f"{row.nominal:.0f}" if row.nominal else "-"),
+        Cell(_age(age)),
+        counted(row.lost),
+    ]
 
 
-def _lost_style(lost: int) -> str:
-    return f"color:{AMBER}" if lost else ""
+def counted(number: int) -> Cell:
+    """Return a count of what should not happen."""
+    return Cell(str(number), AMBER if number else "")
 
 
 def _age(age: float | None) -> str:

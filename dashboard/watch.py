@@ -3,21 +3,24 @@
 import threading
 import time
 from collections.abc import Callable
+from typing import Any
 
 from bus import BusError, Node
 from bus.introspection import list_ports, port_info
 from robot_model import ports
 
+from .input_rows import InputRow, input_rows
 from .port_rows import PortRow, Written, port_rows
 
 ANSWER = 0.5  # [s]
 
 
 class Watch:
-    """A thread that renews ``rows`` and ``holding`` while somebody looks at the page."""
+    """A thread that renews its three attributes while somebody looks at the page."""
 
     def __init__(self, node: Node, period: float, watched: Callable[[], bool]):
-        self.rows: list[PortRow] = []
+        self.outputs: list[PortRow] = []
+        self.inputs: list[InputRow] = []
         self.holding = False
         self._node, self._period, self._watched = node, period, watched
         self._written = Written()
@@ -33,20 +36,24 @@ class Watch:
     def _run(self) -> None:
         while not self._closing.wait(self._period):
             if self._watched():
-                self.rows = self._look()
+                ports = self._look()
+                self.outputs = port_rows(ports, self._written, time.monotonic())
+                self.inputs = input_rows(ports)
                 self.holding = self._ask_holding()
 
-    def _look(self) -> list[PortRow]:
-        silent: set[int] = set()  # processes that did not answer: asked once, not once per port
+    def _look(self) -> list[dict[str, Any]]:
+        silent: set[tuple[str, int]] = (
+            set()
+        )  # processes that did not answer: asked once, not once per port
         told = []
         for entry in list_ports(self._node):
-            pid = entry["owner"]["pid"]
+            process = entry["owner"]["host"], entry["owner"]["pid"]
             if self._closing.is_set() or entry["direction"] == "rpc":
                 continue
-            told.append({**entry, "error": "no answer"} if pid in silent else self._ask(entry))
+            told.append({**entry, "error": "no answer"} if process in silent else self._ask(entry))
             if "error" in told[-1]:
-                silent.add(pid)
-        return port_rows(told, self._written, time.monotonic())
+                silent.add(process)
+        return told
 
     def _ask(self, entry: dict) -> dict:
         try:

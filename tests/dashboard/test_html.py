@@ -2,6 +2,7 @@ import numpy as np
 
 from dashboard.bars import torque_bars
 from dashboard.html import line, note
+from dashboard.input_rows import input_rows, input_table
 from dashboard.port_rows import Written, port_rows, port_table
 
 EVIL = '<img src=x onerror="alert(1)">'
@@ -21,7 +22,8 @@ def reader(lost, source="/icub/torques:o"):
 def test_text_from_the_bus_is_escaped_everywhere():
     bars = torque_bars((EVIL,), np.ones(1), np.ones(1, dtype=bool), np.ones(1))
     table = port_table(port_rows([output(EVIL)], Written(), 0.0), {})
-    for html in (line("status", EVIL, "red"), note("last", EVIL), bars, table):
+    inputs = input_table(input_rows([reader(0, EVIL)]))
+    for html in (line("status", EVIL, "red"), note("last", EVIL), bars, table, inputs):
         assert "<img" not in html and "&lt;img" in html
 
 
@@ -69,3 +71,18 @@ def test_losses_of_all_readers_are_counted_at_the_port_that_they_read():
     ports = [output(), reader(2), reader(3), reader(7, "/icub/other:o")]
     (row,) = port_rows(ports, Written(), 0.0)
     assert row.lost == 5
+
+
+def test_input_tells_its_losses_on_the_wire_and_its_drops_in_the_queue():
+    counts = {"lost": 4, "dropped": 5, "refused": 6, "foreign": 1}
+    port = reader(0) | {"statistics": counts, "queue": {"depth": 64, "mode": "fifo"}}
+    (row,) = input_rows([port | {"fresh": True}, output()])
+    assert (row.lost, row.dropped, row.refused, row.queue) == (4, 5, 7, "64")
+    html = input_table([row])
+    assert all(f">{number}<" in html for number in (4, 5, 7, 64))
+
+
+def test_fresh_stale_waiting_and_unanswering_inputs_are_told_apart():
+    event = reader(0) | {"nominal_hz": 0.0}
+    ports = [reader(0) | {"fresh": True}, reader(0), event, reader(0) | {"error": "stopped"}]
+    assert [row.state for row in input_rows(ports)] == ["fresh", "stale", "waiting", "no answer"]
