@@ -32,30 +32,28 @@ def main() -> int:
     )
     options = parser.parse_args()
     logging.basicConfig(level=logging.ERROR)
-    figures, complaints = soak(
-        options.hours * 3600.0, options.pairs, options.pause, options.seed, options.too_old
-    )
+    figures, complaints = soak(options)
     print(json.dumps(figures, indent=1))
     for complaint in complaints:
         print(f"soak: {complaint}", file=sys.stderr)
     return int(bool(complaints))
 
 
-def soak(seconds: float, pairs: int, pause: float, seed: int) -> tuple[dict[str, Any], list[str]]:
+def soak(options: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     """Return figures, and what was not as it should be."""
-    random, gauges, incidents = Random(seed), Gauges(), Counter()
-    stage, recoveries, complaints = Stage(pairs, random), [], []
-    told, end = time.monotonic(), time.monotonic() + seconds
+    random, gauges, incidents = Random(options.seed), Gauges(), Counter()
+    stage, recoveries, complaints = Stage(options.pairs, random), [], []
+    told, end = time.monotonic(), time.monotonic() + 3600.0 * options.hours
     try:
         stage.recovered()
         before = stage.report(STEADY[1], clear=True)
         while time.monotonic() < end:
             incidents[stage.act()] += 1
             recoveries.append(stage.recovered())
-            complaints += _old_news(stage, too_old)
+            complaints += _old_news(stage, options.too_old)
             for name, process in stage.processes.items():
                 gauges.look(name, process.pid)
-            _rest(stage, random.expovariate(1.0 / pause))
+            _rest(stage, random.expovariate(1.0 / options.pause))
             if time.monotonic() > told + TOLD:
                 told = time.monotonic()
                 print(f"{end - told:.0f} s to go, {dict(incidents)}", file=sys.stderr, flush=True)
