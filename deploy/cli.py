@@ -5,6 +5,7 @@ import typer
 from deploy.verbs import (
     check,
     clock,
+    graph,
     latency,
     log_group,
     measure,
@@ -66,5 +67,6 @@ add(clock.clock, "clock", "clock step --ticks 10")
 add(robot.push, "push", "push l_forearm --force 0,0,-15 --frame world --duration 1")
 add(robot.tare, "tare", "tare --seconds 1")
 add(robot.stop, "stop", "stop --release")
+add(graph.graph, "graph", "graph --robot icub --contact l_forearm -o graph.svg")
 add(latency.latency_test, "latency-test", "latency-test --size 4096 --rate 1000")
 add(check.check, "check", "check --json")

@@ -1,0 +1,1 @@
+"""Pictures of Enhanced Oriented Graphs."""
