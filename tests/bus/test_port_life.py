@@ -1,11 +1,13 @@
 """Opening, closing and opening again; who is connected; who does not read."""
 
+import socket
+import threading
 import time
 from contextlib import contextmanager
 
 import pytest
 
-from bus import Node
+from bus import BusError, Node
 from bus.testing import collect, eventually
 from bus.wiring import connections
 from tests.bus.messages import Number
@@ -130,3 +132,19 @@ def test_a_message_that_is_kept_does_not_change_while_newer_ones_come(hub):
             out.write(Number(value=value))
             collect(reader, inp, 1)
         assert kept.data.value == 1.0 and kept.envelope.seq == 1
+
+
+def test_a_wait_ends_when_the_node_is_stopped_in_another_thread(node):
+    node.ready()
+    threading.Timer(0.05, node.stop).start()
+    with closing():
+        while node.running:
+            node.wait(600.0)
+
+
+def test_who_accepts_and_says_nothing_is_no_hub():
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        endpoint = f"tcp/127.0.0.1:{silent.getsockname()[1]}"
+        with closing(), Node("alone", connect=endpoint, signals=False) as node:
+            with pytest.raises(BusError, match=f"no hub at {endpoint}"):
+                node.ready(timeout=0.3)

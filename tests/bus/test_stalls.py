@@ -1,5 +1,6 @@
 """A stopped reader delays nobody."""
 
+import os
 import signal
 import threading
 import time
@@ -55,6 +56,25 @@ def test_a_stopped_reader_delays_neither_the_writer_nor_another_reader(
         return received is not None and received.envelope.valid
 
     eventually(back, what="the stopped reader works again")
+
+
+STOP = float(os.environ.get("WRENCHBUS_STOP", "3.0"))  # s; a longer run takes 30
+
+
+def test_a_reader_that_was_stopped_sees_fresh_data_first(start, node):
+    start("tests.bus.source", "--set", "rate=500", service="source")
+    sink = start("tests.bus.sink", "--set", "depth=64", "--set", "rate=500", service="sink")
+    ask = lambda clear=False: node.call("/sink/rpc:i", "report", {"clear": clear})  # noqa: E731
+    eventually(lambda: ask()["is_fresh"])
+    ask(clear=True)
+    sink.send(signal.SIGSTOP)
+    until = time.monotonic() + STOP
+    eventually(lambda: time.monotonic() > until, STOP + 30.0)
+    sink.send(signal.SIGCONT)
+    eventually(lambda: (report := ask())["returned"] and report["is_fresh"])
+    report = ask()
+    assert report["returned"] < 1.0, report  # usually 5 ms; what had waited is older
+    assert report["oldest_fresh"] < 1.0, report
 
 
 def test_a_slow_reader_keeps_up_with_the_newest_and_counts_what_it_skips(hub, writer):
