@@ -13,6 +13,7 @@ from deploy.verbs import (
     ports,
     presence,
     read,
+    record,
     robot,
     rpc,
     service,
@@ -46,6 +47,7 @@ add(service.terminate, "terminate", "terminate torque_observer")
 NEGATIVE = {"ignore_unknown_options": True}  # -1 is a value
 add(service.param, "param", "param set torque_observer support pole", **NEGATIVE)
 app.add_typer(log_group.group, name="log")
+add(record.record, "record", "record -o walk.mcap --seconds 60")
 add(ping.ping, "ping", "ping torque_observer -n 10")
 add(top.top, "top", "top -n 1 --json")
 add(ports.list_all, "list", "list --json")

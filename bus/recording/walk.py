@@ -46,12 +46,17 @@ def walk(file: RecordFile) -> Iterator[Record | GivenUp]:
             record = _checked(file, offset, indexed)
         except RecordingError as error:
             after = _next_record(file, offset, end)
-            yield GivenUp(offset, after, str(error).partition(f"byte {offset}: ")[2] or str(error))
+            yield GivenUp(offset, after, _reason(file, offset, error))
             offset = after
             continue
         indexed = record.opcode in NOT_DATA
         yield record
         offset = record.end
+
+
+def _reason(file: RecordFile, offset: int, error: RecordingError) -> str:
+    prefix = f"{file.path}: "
+    return str(error).removeprefix(f"{prefix}spoilt at byte {offset}: ").removeprefix(prefix)
 
 
 def _checked(file: RecordFile, offset: int, indexed: bool) -> Record:

@@ -6,7 +6,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from deploy.verbs import log, recordings
+from deploy.verbs import log, log_repair, recordings
 
 SERVICES = "services"  # what `wrenchbus log` does when it is not told
 
@@ -36,6 +36,7 @@ _add(log.log, SERVICES, "torque_observer --level warning --follow")
 _add(recordings.info, "info", "info touch.mcap --json")
 _add(recordings.export, "export", "export touch.mcap /icub/torques:o -o touch.npz")
 _add(recordings.convert, "convert", "convert touch.mcap --json -o touch_json.mcap")
+_add(log_repair.repair, "repair", "repair cut.mcap -o whole.mcap")
 _add(recordings.import_yarp, "import-yarp", "import-yarp dump --map icub.yaml -o dump.mcap")
 _add(recordings.import_csv, "import-csv", "import-csv log.csv --map log.yaml -o log.mcap")
 _add(recordings.import_npz, "import-npz", "import-npz log.npz --robot icub -o log.mcap")

@@ -1,0 +1,1 @@
+"""The recorder: what is on the bus, in a file, when asked."""

@@ -1,0 +1,35 @@
+"""What a recording was made with."""
+
+import os
+import platform
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+
+def about() -> dict[str, str]:
+    """Return version, machine and command, for the metadata of a recording."""
+    return {
+        "version": _version(),
+        "python": platform.python_version(),
+        "host": platform.node(),
+        "kernel": f"{platform.system()} {platform.release()}",
+        "cpu": f"{_processor()}, {os.cpu_count()} cores",
+        "command": " ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+    }
+
+
+def _version() -> str:
+    try:
+        return version("wrenchbus")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.machine()
