@@ -59,11 +59,12 @@ def solve_wrenches(
         known: Wrenches (6,) of the graph's other black rhombi, by name.
 
     Raises:
+        LookupError: The names in ``known`` are not those of the graph.
         ValueError: A sub-graph has two unknowns (``contact_wrenches`` shares them).
     """
     through: Wrenches = {edge.name: ft[edge.index] for edge in graph.sensors}
     unknown: Wrenches = {}
-    known = {} if known is None else known
+    known = _checked(graph, known)
     for root in _roots(graph):
         for link, via in graph.post_order(root.link, cut=True):
             others = _others(graph, Step(link, via), q, through, known)
@@ -76,13 +77,21 @@ def solve_wrenches(
 
 
 def predict_readings(
-    graph: EnhancedGraph, motions: Mapping[str, FrameMotion], q: Array, root: str
+    graph: EnhancedGraph,
+    motions: Mapping[str, FrameMotion],
+    q: Array,
+    root: str,
+    known: Mapping[str, Array] | None = None,
 ) -> Array:
-    """Return the readings (k, 6) if nothing touched the side of a sensor away from ``root``."""
+    """Return the readings (k, 6) by what lies on the side of each sensor away from ``root``.
+
+    As if nothing touched it there but the ``known`` wrenches; else as ``solve_wrenches``.
+    """
     through: Wrenches = {}
+    known = _checked(graph, known)
     for link, via in graph.post_order(root):
         if via is not None:
-            others = _others(graph, Step(link, via), q, through, {})
+            others = _others(graph, Step(link, via), q, through, known)
             balance = graph.links[link], motions[link], others
             through[via.name] = remaining_wrench(*balance, *_end(via, link, q))
     return np.array([through[edge.name] for edge in graph.sensors]).reshape(-1, 6)
@@ -134,6 +143,13 @@ def _roots(graph: EnhancedGraph) -> list[Leaf]:
         fictitious = Leaf(links[0], links[0], pin.SE3.Identity())
         roots.append(inside[0] if inside else fictitious)
     return roots
+
+
+def _checked(graph: EnhancedGraph, known: Mapping[str, Array] | None) -> Mapping[str, Array]:
+    given, expected = set(known or {}), {leaf.name for leaf in graph.known}
+    if given != expected:
+        raise LookupError(f"known wrenches: expected {sorted(expected)}, got {sorted(given)}")
+    return known or {}
 
 
 def _others(
