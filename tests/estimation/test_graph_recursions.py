@@ -65,7 +65,7 @@ def test_both_agree_on_random_trees_sensors_and_contacts(seed, count, sensors):
     compare(observer, random_input(robot, rng), turn)
 
 
-@pytest.mark.parametrize("name", ["icub", DATA / "arm.yaml", DATA / "talos.yaml"])
+@pytest.mark.parametrize("name", ["icub", DATA / "arm.yaml", DATA / "talos.yaml", DATA / "g1.yaml"])
 def test_both_agree_on_every_robot_wherever_its_inertial_sensor_is(name):
     robot, rng = load_robot(name), np.random.default_rng(3)
     for imu in [robot.imus[0], *rng.choice(robot.links, 3)]:
