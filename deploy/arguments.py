@@ -25,6 +25,8 @@ def value(text: str, name: str) -> Any:
     """Read one value in YAML."""
     if _EXPONENT.fullmatch(text):
         return float(text)
+    if not text:
+        return ""
     try:
         return yaml.safe_load(text)
     except yaml.YAMLError:

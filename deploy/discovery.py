@@ -1,6 +1,5 @@
 """What exists on the bus, for verbs that take a name."""
 
-import time
 from typing import Any
 
 from bus import BusError, Node
@@ -73,7 +72,7 @@ def rpc_port(node: Node, name: str) -> str:
 
 def simulator_port(node: Node, robot: str | None) -> str:
     """Return the RPC port of the simulated robot: the one named, or the only one alive."""
-    found = _simulators(node)
+    found = [port["name"] for port in all_ports(node) if port["name"].endswith(SIMULATOR)]
     robots = [name.removeprefix("/").removesuffix(SIMULATOR) for name in found]
     if robot is None and len(found) == 1:
         return found[0]
@@ -83,11 +82,3 @@ def simulator_port(node: Node, robot: str | None) -> str:
     if robot is None:
         raise UsageError(f"which robot? simulated robots alive: {alive}; say --robot NAME")
     raise UsageError(f"no simulated robot {robot}; alive: {alive}{did_you_mean(robot, robots)}")
-
-
-def _simulators(node: Node) -> list[str]:
-    deadline = time.monotonic() + DEADLINE
-    while True:
-        found = [p["name"] for p in all_ports(node) if p["name"].endswith(SIMULATOR)]
-        if found or time.monotonic() > deadline:
-            return found

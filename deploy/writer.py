@@ -5,7 +5,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from bus import BusError, Node, Output, WireError
-from bus.introspection import port_info
+from bus.introspection import port_info, port_infos
 from bus.session import MAX_MESSAGE
 from deploy.description import describe
 from deploy.discovery import all_ports
@@ -56,8 +56,12 @@ class Writer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
     ) -> None:
-        if error is None and self._counted is not None and self._output.statistics.written:
+        if error is not None or not self._output.statistics.written:
+            return
+        if self._counted is not None:
             self._judge()
+        else:
+            self._round_trips()
 
     def _open(self, model: str) -> Output:
         limit = self._info.get("max_message", MAX_MESSAGE)
@@ -69,7 +73,12 @@ class Writer:
             self._node.ready()
         if direct or _readers(self._node, self._port):
             self._meet(output, direct)
+            self._round_trips()
         return output
+
+    def _round_trips(self) -> None:
+        """Ask the readers of our output anything: what we sent before, our name first, is there."""
+        port_infos(self._node, _readers(self._node, self._port), MEET)
 
     def _meet(self, output: Output, must: bool) -> None:
         deadline = time.monotonic() + MEET

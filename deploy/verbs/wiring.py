@@ -29,8 +29,11 @@ def connect(
     Both must stand and be of one type; with --persist either may come later.
     """
     from bus.wiring import connect as connect_ports
+    from deploy.discovery import require_port
 
-    _hear(node, source, sink)
+    if not persist:
+        require_port(node, source)
+        require_port(node, sink)
     _tell(connect_ports(node, source, sink, persist=persist), as_json)
 
 
@@ -43,16 +46,11 @@ def disconnect(
     With --persist also after a restart, even where its settings say otherwise.
     """
     from bus.wiring import disconnect as disconnect_ports
+    from deploy.discovery import require_port
 
-    _hear(node, source, sink)
+    if not persist:
+        require_port(node, sink)
     _tell(disconnect_ports(node, source, sink, persist=persist), as_json)
-
-
-def _hear(node: "Node", *names: str) -> None:
-    from bus.introspection import hear_all
-    from deploy.discovery import is_there
-
-    hear_all(node, lambda: all(is_there(node, name) for name in names))
 
 
 def _tell(result: dict[str, Any], as_json: bool) -> None:

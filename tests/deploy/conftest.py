@@ -1,14 +1,19 @@
 """The command as a process, with a runtime directory of its own."""
 
+import json
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import pytest
 
-from bus.testing import eventually
+from bus import Node
+from bus.testing import Process, eventually, running_hub, wait_for_service
+from deploy.main import run
 
 ROOT = Path(__file__).parents[2]
 
@@ -86,3 +91,55 @@ def application(tmp_path: Path) -> Callable[[str], str]:
         return str(file)
 
     return write
+
+
+class Result(NamedTuple):
+    """What one verb did."""
+
+    status: int
+    out: str
+    err: str
+
+    @property
+    def documents(self) -> list[Any]:
+        """The JSON documents on its standard output."""
+        return [json.loads(line) for line in self.out.splitlines()]
+
+
+@pytest.fixture(scope="session")
+def toy_bus() -> Iterator[str]:
+    """Endpoint of a bus with a toy on it (`tests.bus.toys`), and no robot."""
+    with running_hub() as endpoint:
+        toy = Process("tests.bus.toys", "--connect", endpoint)
+        try:
+            with Node("watcher", connect=endpoint, signals=False) as watcher:
+                wait_for_service(watcher, "toy", timeout=60.0)
+            yield endpoint
+            assert toy.stop() == 0
+        finally:
+            toy.clean_up()
+
+
+@pytest.fixture
+def verb(toy_bus: str, capsys: pytest.CaptureFixture[str]) -> Callable[..., Result]:
+    """Return ``verb(*arguments)``, which runs a verb on the toy's bus, in this process."""
+
+    def ran(*arguments: str) -> Result:
+        capsys.readouterr()
+        status = run([*arguments[:1], "--connect", toy_bus, *arguments[1:]])
+        return Result(status, *capsys.readouterr())
+
+    return ran
+
+
+@pytest.fixture
+def typed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], None]]:
+    """Return ``typed(text)``, which makes a text the standard input."""
+    with ExitStack() as files:
+
+        def type_in(text: str) -> None:
+            file = tmp_path / "typed"
+            file.write_text(text)
+            monkeypatch.setattr("sys.stdin", files.enter_context(file.open()))
+
+        yield type_in

@@ -5,15 +5,25 @@ import pytest
 from deploy.main import run
 
 VERBS = [
-    "demo", "up", "run", "status", "list", "info", "read", "hz", "rpc", "push", "tare", "stop",
-    "check",
+    "demo", "up", "down", "run", "status", "terminate", "param", "log", "ping", "top",
+    "list", "info", "where", "exists", "wait", "read", "echo", "sample", "write",
+    "hz", "bw", "delay", "connect", "disconnect", "rpc", "clock", "push", "tare", "stop",
+    "latency-test", "check",
 ]  # fmt: skip
+SAY_IT_BY_STATUS = {"demo", "up", "down", "run", "terminate", "exists", "wait", "write"}
 
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_help_of_every_verb_ends_with_an_example(verb, capsys):
     assert run([verb, "--help"]) == 0
     assert f"Example: wrenchbus {verb}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("verb", sorted(set(VERBS) - SAY_IT_BY_STATUS))
+def test_every_verb_that_prints_data_prints_json_too(verb, capsys):
+    words = ["log", "services"] if verb == "log" else [verb]
+    assert run([*words, "--help"]) == 0
+    assert "--json" in capsys.readouterr().out
 
 
 def test_help_names_every_verb(capsys):
