@@ -30,7 +30,7 @@ class Report:
     fresh: int = 0
     oldest_fresh: float = 0.0  # s; age of the oldest message that was taken for a fresh one
     oldest: float = 0.0  # s; age of the oldest of all
-    returned: float = 0.0  # s; age of the first one after the last gap of a second or more
+    old: int = 0  # messages of more than a second
     stale: int = 0  # looks at the input at which it was not fresh
 
 
@@ -44,7 +44,6 @@ class Sink:
             rate=settings.rate,
         )
         self._report = Report()
-        self._last = 0.0  # s
         node.verb("report", self.report)
         node.verb("jump", jump)
 
@@ -68,11 +67,9 @@ class Sink:
         self._report.stale += not self._input.fresh
 
     def _judge(self, age: float) -> None:
-        report, now = self._report, time.monotonic()
-        if now - self._last > 1.0:
-            report.returned = age
-        self._last = now
+        report = self._report
         report.received += 1
+        report.old += age > 1.0
         report.oldest = max(report.oldest, age)
         if self._input.fresh:
             report.fresh += 1
