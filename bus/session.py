@@ -4,6 +4,7 @@ import json
 import logging
 import os
 from collections.abc import Iterable
+from ipaddress import ip_address
 from pathlib import Path
 from typing import Any
 
@@ -106,5 +107,8 @@ def is_local(endpoint: str) -> bool:
     """Tell whether an endpoint such as ``tcp/127.0.0.1:7512`` stays on this machine."""
     protocol, _, address = endpoint.partition("/")
     host = address.rpartition(":")[0].strip("[]")
-    local = host == "localhost" or host == "::1" or host.startswith("127.")
+    try:
+        local = ip_address(host).is_loopback
+    except ValueError:  # a name
+        local = host == "localhost"
     return protocol in ("unixsock-stream", "unixpipe") or local

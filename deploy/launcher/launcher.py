@@ -116,7 +116,8 @@ class Launcher:
     def _run(self, node: Node, end: float | None) -> None:
         others = OtherHosts(node, self.application, self._host)
         node.rpc(f"/{self._name}/rpc:i", {"status": lambda: self._tell(others)})
-        node.verb("down", lambda: self._down(others), "end the application, on all hosts")
+        where = "all hosts" if self._has_hub else "this host"
+        node.verb("down", lambda: self._down(others), f"end the application, on {where}")
         node.ready()
         requests = Requests(node, self.application.once_ready, self.log)
         entry = self._announce()
@@ -144,8 +145,8 @@ class Launcher:
     def _down(self, others: OtherHosts) -> dict[str, Any]:
         """End here, and on the hub's host everywhere."""
         silent = others.end()
-        if silent:
-            self.log.say("launcher", f"asked to end; no answer from {', '.join(silent)}")
+        hint = f"; no answer from {', '.join(silent)}, end them there" if silent else ""
+        self.log.say("launcher", f"asked to end{hint}")
         self._stopping = self._ends_all = True
         return {"host": self._host, "no_answer": silent}
 
