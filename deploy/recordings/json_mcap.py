@@ -47,6 +47,7 @@ class JsonWriter:
         self._writer = Writer(self._file, compression=CompressionType.ZSTD)
         self._writer.start(profile="", library="wrenchbus")
         self._channels: dict[str, int] = {}
+        self._schemas: dict[tuple[str, bytes], int] = {}
 
     def keep(self, recording: Recording) -> None:
         """Copy the attachments and metadata of a recording."""
@@ -61,7 +62,10 @@ class JsonWriter:
 
     def open(self, topic: str, schema_name: str, schema: bytes) -> None:
         """Add a topic."""
-        id_ = self._writer.register_schema(schema_name, "jsonschema", schema)
+        key = schema_name, schema
+        if key not in self._schemas:
+            self._schemas[key] = self._writer.register_schema(schema_name, "jsonschema", schema)
+        id_ = self._schemas[key]
         self._channels[topic] = self._writer.register_channel(topic, "json", id_)
 
     def write(self, topic: str, time: int, value: dict[str, Any], sequence: int = 0) -> None:
