@@ -7,6 +7,7 @@ import numpy as np
 from robot_model import Robot, ports
 from robot_model.surface import Surface
 
+from . import recording
 from .config import DashboardConfig
 from .errands import Errands, Outcome
 from .html import GREEN, RED, note
@@ -15,6 +16,7 @@ from .placement import Placement
 from .push import DIRECTIONS, push_point
 
 ANSWER = 2.0  # [s] within which a service that only switches something has answered
+FINISHING = 10.0  # [s] for the recorder to finish its file
 MEASURING = 3.0  # [s] more than a tare's own time
 
 
@@ -42,10 +44,12 @@ class Actions:
             "pause": self._pause,
             "stop": self._stop,
             "reset": self._reset,
+            "record": self._record,
         }
         self.frozen = False
         self.paused = False  # the plant's clock stands still
         self.holding = False  # the sensor server holds the posture
+        self.recording = False  # the recorder records
 
     def run(self) -> None:
         """Carry out what was clicked, and show what has ended."""
@@ -104,6 +108,17 @@ class Actions:
 
     def _reset(self, click: Click) -> None:
         self._send(click, "reset", self._sim, "reset", {}, ANSWER)
+
+    def _record(self, click: Click) -> None:
+        def then(outcome: Outcome) -> None:
+            if outcome.error is None and "error" in outcome.value:
+                said = recording.text(outcome.value)
+                self._show(click, said, RED if outcome.value["error"] else GREEN)
+            else:
+                self._report(click, outcome)
+
+        verb = "stop" if self.recording else "start"
+        self._errands.send("record", ports.rpc("recorder"), verb, {}, FINISHING, then)
 
     def _send(
         self,

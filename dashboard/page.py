@@ -6,6 +6,7 @@ from bus import Node
 from robot_model import Robot
 from robot_model.surface import Surface
 
+from . import recording
 from .actions import Actions
 from .bars import torque_bars
 from .config import DashboardConfig
@@ -63,6 +64,7 @@ class Page:
         known = self._inputs.read()
         self._actions.paused = self._node.clock.state == "paused"
         self._actions.holding = self._watch.holding
+        self._actions.recording = bool(self._watch.recorder.get("recording"))
         self._actions.run()
         with self._server.atomic():
             if not self._actions.frozen:
@@ -125,6 +127,8 @@ class Page:
         self._last_contact.note(alarmed, now)
         panel.last.content = note("last", self._last_contact.text(now))
         panel.pause.label = "Resume" if actions.paused or actions.frozen else "Pause"
+        panel.record.label = recording.label(self._watch.recorder)
+        panel.recording.content = recording.line(self._watch.recorder)
         panel.stop.label = "Release" if actions.holding else "Stop"
 
     def _set_camera(self) -> None:

@@ -9,6 +9,7 @@ import viser
 from bus.session import insecure_notice
 from robot_model import Robot
 
+from . import recording
 from .chart import ResidualChart
 from .config import DashboardConfig
 from .html import AMBER, GREY, line, note
@@ -50,6 +51,7 @@ class Panel:
             self._add_push(gui, robot, links, config)
             self._add_buttons(gui)
             self.result = gui.add_html(note("result", ""))
+            self.recording = gui.add_html(note("recording", ""))
             self._add_legend(gui, config)
             gui.add_html(note("torques-title", TORQUES))
             self.torques = gui.add_html("")
@@ -75,6 +77,8 @@ class Panel:
         self._add_button(gui, "Tare", "tare", "Take sensor offsets; nothing may touch", "gray")
         self.pause = self._add_button(gui, "Pause", "pause", "Pause the simulation", "gray")
         self.stop = self._add_button(gui, "Stop", "stop", "Hold posture, refuse commands", "red")
+        hint = "Record everything on the bus into a file"
+        self.record = self._add_button(gui, recording.BEGIN, "record", hint, "gray")
 
     def _add_button(
         self, gui: viser.GuiApi, label: str, name: str, hint: str, colour: str | None

@@ -16,12 +16,13 @@ ANSWER = 0.5  # [s]
 
 
 class Watch:
-    """A thread that renews its three attributes while somebody looks at the page."""
+    """A thread that renews its attributes while somebody looks at the page."""
 
     def __init__(self, node: Node, period: float, watched: Callable[[], bool]):
         self.outputs: list[PortRow] = []
         self.inputs: list[InputRow] = []
         self.holding = False
+        self.recorder: dict[str, Any] = {}  # its status; empty where there is none
         self._node, self._period, self._watched = node, period, watched
         self._written = Written()
         self._closing = threading.Event()
@@ -40,6 +41,7 @@ class Watch:
                 self.outputs = port_rows(ports, self._written, time.monotonic())
                 self.inputs = input_rows(ports)
                 self.holding = self._ask_holding()
+                self.recorder = self._ask_recorder()
 
     def _look(self) -> list[dict[str, Any]]:
         silent: set[tuple[str, int]] = (
@@ -67,3 +69,12 @@ class Watch:
         except BusError:
             return self.holding
         return bool(status.get("holding", False))
+
+    def _ask_recorder(self) -> dict[str, Any]:
+        port = ports.rpc("recorder")
+        if self._node.directory.leader(port) is None:
+            return {}
+        try:
+            return self._node.call(port, "status", timeout=ANSWER)
+        except BusError:
+            return self.recorder

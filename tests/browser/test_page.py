@@ -35,6 +35,11 @@ def test_page_shows_state_and_contact_and_its_buttons_work(page):
     page.press("Resume")
     page.await_text("status", "^live")
 
+    page.press("Record")
+    page.await_text("recording", r"^recording walk\.mcap, 12\.3 MB, 1:34, 0 lost$")
+    page.press("Finish recording")
+    page.await_text("recording", r"^recorded walk\.mcap, ")
+
     page.press("Stop")
     page.await_text("status", "stopped")
     page.press("Release")

@@ -68,6 +68,7 @@ class Feeder:
         self.push: dict[str, Any] | None = None
         self.until = 0.0
         self.time, self.paused, self.holding = 0.0, False, False
+        self.recording = False
         self._serve()
 
     def _serve(self) -> None:
@@ -77,6 +78,8 @@ class Feeder:
         self.node.rpc(ports.rpc("contact_detector"), {"tare": self._refuse})
         stops = {"stop": self._stop, "release": self._release, "status": self._status}
         self.node.rpc(ports.rpc("sensor_server"), stops)
+        record = {"start": self._record, "stop": self._finish, "status": self._recorded}
+        self.node.rpc(ports.rpc("recorder"), record)
 
     def _push(self, **push: Any) -> dict[str, Any]:
         self.push, self.until = push, self.time + push["duration"]
@@ -89,6 +92,18 @@ class Feeder:
     def _resume(self) -> str:
         self.paused = False
         return "running"
+
+    def _record(self) -> dict[str, Any]:
+        self.recording = True
+        return self._recorded()
+
+    def _finish(self) -> dict[str, Any]:
+        self.recording = False
+        return self._recorded()
+
+    def _recorded(self) -> dict[str, Any]:
+        told = {"file": "/data/walk.mcap", "size": 12_300_000, "seconds": 94.0, "lost": 0}
+        return {**told, "recording": self.recording, "warning": "", "error": ""}
 
     def _tare(self, seconds: float = 1.0) -> dict[str, Any]:
         return {"tared": ["l_arm_ft"], "unobservable": [], "message": f"tared in {seconds:g} s"}

@@ -7,9 +7,11 @@ from typing import Any
 import pytest
 
 from bus import RpcAbsent, RpcError
+from dashboard import recording
 from dashboard.actions import Actions
 from dashboard.config import DashboardConfig
 from dashboard.errands import Outcome
+from dashboard.html import RED
 from dashboard.panel import Click
 
 
@@ -114,3 +116,34 @@ def test_stop_becomes_release_while_the_robot_holds(actions, panel, errands):
     actions.holding = True
     press(actions, panel, "stop")
     assert [verb for _, verb, _ in errands.asked] == ["stop", "release"]
+
+
+def status(**more):
+    told = {"recording": True, "file": "/data/walk.mcap", "size": 12_345_678, "seconds": 94.2}
+    return {**told, "lost": 0, "warning": "", "error": "", **more}
+
+
+def test_record_starts_a_recording_and_then_finishes_it(actions, panel, errands):
+    errands.answers["/recorder/rpc:i"] = status(size=0, seconds=0.1)
+    assert "recording walk.mcap, 0.0 MB, 0:00, 0 lost" in press(actions, panel, "record")
+    actions.recording = True
+    errands.answers["/recorder/rpc:i"] = status(recording=False, lost=3)
+    assert "recorded walk.mcap, 12.3 MB, 1:34, 3 lost" in press(actions, panel, "record")
+    assert [verb for _, verb, _ in errands.asked] == ["start", "stop"]
+
+
+def test_record_without_a_recorder_says_so(actions, panel):
+    assert "nobody answers on /recorder/rpc:i" in press(actions, panel, "record")
+
+
+def test_the_recording_line_shows_name_size_duration_and_what_is_wrong():
+    assert recording.label({}) == "Record" and "<div" in recording.line({})
+    assert recording.label(status()) == "Finish recording"
+    assert "recording walk.mcap, 12.3 MB, 1:34, 0 lost<" in recording.line(status())
+    full = status(recording=False, error="walk.mcap: No space left on device")
+    assert "No space left on device" in recording.line(full) and RED in recording.line(full)
+
+
+def test_the_recorders_label_disturbs_no_pinned_button():
+    for label in (recording.BEGIN, recording.END):
+        assert not any(name in label for name in ("Push", "Tare", "Pause", "Stop"))
