@@ -13,6 +13,7 @@ from collections import Counter
 from random import Random
 from typing import Any
 
+from bus import BusError
 from tests.soak.gauges import Gauges
 from tests.soak.stage import STEADY, Stage
 
@@ -58,12 +59,13 @@ def soak(options: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
                 told = time.monotonic()
                 print(f"{end - told:.0f} s to go, {dict(incidents)}", file=sys.stderr, flush=True)
         after = stage.report(STEADY[1])
-    except AssertionError as error:
+    except (AssertionError, BusError) as error:
         complaints.append(str(error))
         before = after = None
     complaints += stage.close() + gauges.complaints()
     figures = {
         "incidents": dict(incidents),
+        "requests_unanswered": dict(stage.unanswered),
         "recovery_s": {"median": _quantile(recoveries, 0.5), "worst": _quantile(recoveries, 1.0)},
         "processes": gauges.report(),
         "left_alone": _flow(before, after),

@@ -2,6 +2,7 @@
 
 import signal
 import time
+from collections import Counter
 from collections.abc import Callable
 from random import Random
 from typing import Any
@@ -23,6 +24,7 @@ class Stage:
         self.processes: dict[str, Process] = {}
         self._random = random
         self._start_all = ["hub", *(f"{kind}{k}" for k in range(pairs) for kind in KINDS)]
+        self.unanswered: Counter[str] = Counter()
         self.extra: dict[str, str] = {}  # by sink, a source that it reads besides
         for name in self._start_all:
             self.start(name)
@@ -109,7 +111,7 @@ class Stage:
         """Ask everybody many times."""
         for _ in range(50):
             for name in self.processes:
-                self.node.call(f"/{name}/rpc:i", "status", timeout=RECOVERY)
+                eventually(lambda name=name: self._answers(name), RECOVERY, f"{name}'s answer")
 
     def close(self) -> list[str]:
         """End all; return who did not end as asked."""
@@ -127,7 +129,18 @@ class Stage:
         others = [name for name in self.processes if name not in (*STEADY, "hub")]
         return self._random.choice(others)
 
+    def _answers(self, name: str) -> bool:
+        """Whether it answers; a starved process is absent for a moment, which is counted."""
+        try:
+            return bool(self.node.call(f"/{name}/rpc:i", "status", timeout=5.0))
+        except RpcError as error:
+            self.unanswered[type(error).__name__] += 1
+            return False
+
     def _well(self, sink: str) -> bool:
+        for name, process in self.processes.items():
+            ended = process.popen.poll()
+            assert ended is None, f"{name} ended with {ended}: {process.output}"
         report = self.report(sink)
         return report is not None and report["is_fresh"]
 
