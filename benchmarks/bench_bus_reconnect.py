@@ -12,8 +12,8 @@ import time
 import numpy as np
 
 from benchmarks.children import child, hub_process
+from benchmarks.messages import Opaque
 from benchmarks.rows import Row, row
-from benchmarks.transports import Opaque
 from bus import Input, Node, Received
 from bus.wiring import connect, disconnect
 

@@ -3,8 +3,8 @@
 import sys
 import time
 
-from benchmarks.children import own_memory, tell
-from benchmarks.transports import Opaque
+from benchmarks.children import PATIENCE, own_memory, tell
+from benchmarks.messages import Opaque
 from bus import Node
 
 
@@ -17,7 +17,7 @@ def main() -> None:
             node.output(f"/{name}/{number}:o", Opaque)
             node.input(f"/{name}/{number}:i", Opaque)
         opened = time.monotonic()
-        node.ready()
+        node.ready(PATIENCE)
         tell(
             {
                 "bytes": own_memory() - memory,

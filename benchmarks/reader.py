@@ -5,7 +5,7 @@ import time
 from typing import Any
 
 from benchmarks.children import Reporter, tell
-from benchmarks.transports import Opaque
+from benchmarks.messages import Opaque
 from bus import Node
 
 MOST = 16  # messages at once

@@ -9,14 +9,15 @@ import struct
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import zenoh
 import zmq
 from zenoh.handlers import Callback, FifoChannel
 
+from benchmarks.messages import Opaque
+from benchmarks.pace import wait_until
 from bus import Input, Node
 from bus.session import LOOPBACK, open_session
 from bus.threads import adopt
@@ -78,14 +79,6 @@ class BytesEnd:
 
     def close(self) -> None:
         raise NotImplementedError
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Opaque:
-    """A block that nobody looks into."""
-
-    TYPE: ClassVar[str] = "Opaque/1"
-    block: np.ndarray = field(metadata={"shape": ("rows", 8), "unit": ""})
 
 
 class BusEnd:
@@ -256,15 +249,6 @@ class TcpEnd(BytesEnd):
 
     def close(self) -> None:
         self._socket.close()
-
-
-def wait_until(condition: Callable[[], bool], timeout: float = 30.0) -> None:
-    """Return when a condition holds; raise TimeoutError when it does not in time [s]."""
-    deadline = time.monotonic() + timeout
-    while not condition():
-        if time.monotonic() > deadline:
-            raise TimeoutError(f"not within {timeout:g} s: {condition}")
-        time.sleep(0.002)
 
 
 def _dial(host: str, port: int) -> socket.socket:

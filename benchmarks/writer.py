@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.children import Reporter, tell
+from benchmarks.messages import Opaque
 from benchmarks.pace import Pace
-from benchmarks.transports import Opaque
 from bus import Node
 
 
