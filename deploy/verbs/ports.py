@@ -43,6 +43,10 @@ def info(
         print_line(f"reads: {', '.join(entry['sources'])}")
     if "fields" in entry:
         print_table(entry["fields"], ["name", "type", "shape", "unit", "frame", "optional"])
+    if "max_message" in entry:
+        print_line(f"largest message: {entry['max_message']} bytes")
+    if "queue" in entry:
+        print_line(f"queue: {entry['queue']['mode']}, depth {entry['queue']['depth']}")
     for name, value in {**entry.get("statistics", {})}.items():
         print_line(f"{name}: {value}")
     if "error" in entry:
