@@ -8,7 +8,7 @@ import typer
 from deploy.errors import CommandError, UsageError
 from deploy.graph_picture.view import View
 from deploy.options import vector
-from deploy.output import print_line
+from deploy.output import print_line, print_warning
 
 if TYPE_CHECKING:
     from estimation.contact_set import Touch
@@ -56,9 +56,13 @@ def _picture(name: str, contacts: list[str], support: str | None, view: View) ->
     touches = [_touch(text) for text in contacts]
     try:
         robot = load_robot(name)
-        placed = contact_set(robot, _support(robot, support), touches)
+        support = _support(robot, support)
+        placed = contact_set(robot, support, touches)
     except (DescriptionError, LookupError, ValueError) as error:
         raise UsageError(str(error)) from None
+    for frame in sorted(set(robot.supports[support]) - {c.frame for c in placed}):
+        shared = placed[robot.subtree_of(frame)].frame
+        print_warning(f"{frame} shares a sub-graph with {shared}, which stands for both")
     names = [subtree.name for subtree in robot.subtrees]
     notes = {contact.frame: f"({contact.kind})" for contact in placed}
     root = robot.frame(robot.base_link)[0]

@@ -117,6 +117,13 @@ def test_a_wrong_wish_is_one_line_and_status_2(arguments, expected, capsys):
     assert expected in shown.err and shown.err.count("\n") == 1 and shown.out == ""
 
 
+def test_supports_that_share_a_subgraph_are_named(tmp_path, capsys):
+    file = tmp_path / "graph.svg"
+    assert run(["graph", "--robot", str(ARM.with_name("talos.yaml")), "-o", str(file)]) == 0
+    shared = "left_sole_link shares a sub-graph with right_sole_link, which stands for both"
+    assert capsys.readouterr().err == f"wrenchbus: {shared}\n"
+
+
 def test_a_file_that_cannot_be_written_is_one_line_and_status_1(tmp_path, capsys):
     assert run(["graph", "--robot", str(ARM), "-o", str(tmp_path / "no" / "graph.svg")]) == 1
     assert "cannot write" in capsys.readouterr().err

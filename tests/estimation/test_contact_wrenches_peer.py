@@ -15,6 +15,7 @@ from benchmarks.idyntree_observer import IdyntreeObserver, idyn
 from estimation.contact_wrenches import (
     ContactUnknown,
     ContactWrenches,
+    Units,
     force_along,
     full_wrench,
     known_wrench,
@@ -155,6 +156,29 @@ def test_fewer_unknowns_that_explain_the_net_wrench_equal_idyntrees():
     shared = ContactWrenches(contacts).solve(observer.step(*state).subtree_wrench[arm])
     np.testing.assert_allclose(shared.wrench, wrenches, atol=1e-9)
     np.testing.assert_allclose(peer.placed(), wrenches, atol=1e-9)
+
+
+def test_with_too_many_unknowns_idyntrees_answer_is_ours_and_undecided_patterns():
+    robot, rng = load_robot("icub"), np.random.default_rng(7)
+    observer = TorqueObserver(robot)
+    arm = robot.subtree_of("l_hand")
+    places = [
+        Place("l_hand", (0.01, 0.0, 0.02), "full"),
+        Place("l_forearm", (0.0, 0.04, -0.05), "full"),
+    ]
+    elsewhere = [c.frame for c in observer.contacts if c.subtree != arm]
+    peer = MixedContacts(robot, elsewhere, places)
+    state = random_input(robot, rng)
+    peer.step(*state._replace(ft=-state.ft))
+    frame = robot.subtrees[arm].default_frame
+    links = placements(robot, state.q, frame, [place.link for place in places])
+    system = ContactWrenches([contact_of(p, m) for p, m in zip(places, links, strict=True)])
+    ours = system.solve(observer.step(*state).subtree_wrench[arm]).wrench / Units().wrench
+    theirs = peer.placed() / Units().wrench
+    patterns = (system.undecided / Units().wrench).reshape(-1, 12)
+    difference = (theirs - ours).ravel()
+    np.testing.assert_allclose(patterns.T @ (patterns @ difference), difference, atol=1e-8)
+    assert np.linalg.norm(ours) <= np.linalg.norm(theirs)
 
 
 def reading_with(observer: TorqueObserver, state, arm: int, net: np.ndarray) -> np.ndarray:
