@@ -1,8 +1,10 @@
-"""Peers on other machines whose link was cut, and the hub's was not, meet again.
+"""Whom a cut link has parted meets again soon after it is whole.
 
 Zenoh dials peers when the hub's gossip tells of them, which happens when a link with the hub
 begins, and never again. So when a lost peer can be reached while the hub stayed linked, we
 leave the hub and join it anew; that takes a tenth of a second, in which no other link changes.
+When the hub was lost too, Zenoh dials it, but waits a second and more for an answer to what it
+sent into the cut link; we let it dial again as soon as somebody answers us.
 """
 
 import socket
@@ -12,10 +14,10 @@ from contextlib import suppress
 
 import zenoh
 
-from bus.sockets import close_connection, endpoint_address
+from bus.sockets import abandon_dials, close_connection, endpoint_address
 
 FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # s between looks for a peer, soon after its loss and later
-PROBE = 0.2  # s for a connection to be accepted
+PROBE = 0.15  # s for a connection to be accepted
 GOSSIP = 0.3  # s after which the hub's gossip of a new link has had its effect
 DOUBT = 1.0  # s; who could be reached all the time may only be stopped, and comes by itself
 ATTEMPTS = 5  # per lost peer, after 1, 2, 4 ... s
@@ -37,14 +39,20 @@ class Lost:
         self._attempts = 0
         self._not_before = 0.0
 
-    def look(self) -> bool:
-        """Try to reach it; return whether it still exists, as far as one can tell."""
+    def look(self, silent: set[str]) -> bool:
+        """Try to reach it, unless its machine is among the silent ones, which grow.
+
+        Return whether it still exists, as far as one can tell.
+        """
         for address in list(self._addresses):
+            if address[0] in silent:
+                continue
             try:
                 socket.create_connection(address, PROBE).close()
             except ConnectionRefusedError:
                 self._addresses.discard(address)
             except OSError:
+                silent.add(address[0])
                 self.cut, self.back = True, None
             else:
                 self.back = self.back or time.monotonic()
@@ -110,11 +118,15 @@ class Reunion:
 
     def _look(self) -> None:
         linked = {str(peer) for peer in self._session.info.peers_zid()}
+        silent: set[str] = set()
         for peer, lost in list(self._lost.items()):
-            if peer in linked or not lost.look():
+            was_back = lost.back
+            if peer in linked or not lost.look(silent):
                 self._lost.pop(peer, None)
             elif lost.waits and self._rejoin() and lost.attempted():
                 self._lost.pop(peer, None)
+            if lost.back and not was_back and not self._session.info.routers_zid():
+                abandon_dials()
 
     def _rejoin(self) -> bool:
         """Leave the hub, unless it has just been joined; Zenoh joins it again."""

@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 DESCRIPTORS = Path("/proc/self/fd")  # Linux; elsewhere nothing is found
+SYN_SENT = 2  # <netinet/tcp.h>
 LINGER = struct.Struct("ii")  # struct linger: on, seconds
 
 
@@ -40,6 +41,18 @@ def close_connection(own: tuple[str, int], other: tuple[str, int]) -> bool:
     return _each(end) > 0
 
 
+def abandon_dials() -> int:
+    """Let all connections fail that wait for their first answer; return how many."""
+
+    def abandon(connection: socket.socket) -> bool:
+        waits = connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 1)[0] == SYN_SENT
+        if waits:
+            connection.shutdown(socket.SHUT_RDWR)
+        return waits
+
+    return _each(abandon)
+
+
 def _each(action: Callable[[socket.socket], bool]) -> int:
     """Do something to every connection; return how often it was done."""
     if not DESCRIPTORS.is_dir():
@@ -53,7 +66,7 @@ def _try(descriptor: int, action: Callable[[socket.socket], bool]) -> bool:
         if stat.S_ISSOCK(os.fstat(descriptor).st_mode):
             with socket.socket(fileno=os.dup(descriptor)) as connection:
                 if connection.family in (socket.AF_INET, socket.AF_INET6):
-                    return action(connection)
+                    return connection.type == socket.SOCK_STREAM and action(connection)
     return False
 
 

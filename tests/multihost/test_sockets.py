@@ -1,10 +1,11 @@
 """What is done to Zenoh's sockets behind its back."""
 
+import errno
 import socket
 
 import pytest
 
-from bus.sockets import LINGER, close_connection, endpoint_address, let_go
+from bus.sockets import LINGER, abandon_dials, close_connection, endpoint_address, let_go
 
 
 @pytest.fixture
@@ -35,6 +36,15 @@ def test_a_connection_is_ended_by_its_addresses(connection):
     assert not close_connection(near.getsockname(), near.getsockname())
     assert close_connection(near.getsockname(), far.getsockname())
     assert near.recv(1) == far.recv(1) == b""
+
+
+def test_a_dial_without_an_answer_is_abandoned(connection):
+    with socket.create_server(("127.0.0.1", 0), backlog=0) as full:
+        with socket.create_connection(full.getsockname()), socket.socket() as dial:
+            dial.setblocking(False)
+            assert dial.connect_ex(full.getsockname()) == errno.EINPROGRESS
+            assert abandon_dials() == 1
+            assert dial.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == errno.ECONNRESET
 
 
 @pytest.mark.parametrize(
