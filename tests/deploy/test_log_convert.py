@@ -184,7 +184,7 @@ def known_paths(converted):
 
 def test_every_curve_of_the_plotjuggler_layout_is_in_a_converted_recording(converted):
     layout = ElementTree.parse(DOCS / "plotjuggler_layout.xml").getroot()
-    curves = {curve.get("name") for curve in layout.iter("curve")}
+    curves = {curve.get("name", "") for curve in layout.iter("curve")}
     paths = known_paths(converted)
     names = {"/".join((topic, *path)) for topic, found in paths.items() for path in found}
     assert curves and not {c for c in curves if "/residuals:o/" not in c} - names

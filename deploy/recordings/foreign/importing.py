@@ -11,7 +11,7 @@ from deploy.errors import CommandError
 from deploy.recordings.foreign.csv_table import csv_tracks
 from deploy.recordings.foreign.map_file import LogMap, check_names, read_map
 from deploy.recordings.foreign.npz_file import npz_tracks
-from deploy.recordings.foreign.plausibility import look_for_degrees
+from deploy.recordings.foreign.plausibility import check_plausible
 from deploy.recordings.foreign.problems import Problems
 from deploy.recordings.foreign.raw_recording import Aligned, align, write_raw
 from deploy.recordings.foreign.tracks import Track
@@ -55,7 +55,7 @@ def _finish(
     problems: Problems,
     out: Path,
 ) -> dict[str, Any]:
-    look_for_degrees(tracks, robot, problems)
+    check_plausible(tracks, robot, problems)
     aligned = align(tracks, robot, log_map.grid, log_map.gap, log_map.held, problems)
     about = _about(source, log_map, aligned, problems)
     try:

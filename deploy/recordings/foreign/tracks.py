@@ -16,6 +16,7 @@ class Track:
     """Samples of some channels of one kind.
 
     ``kind`` is a field of RawFrame; ``rows`` are the indices of joints or sensors in it.
+    ``degrees``: they were declared to be degrees, and have been converted.
     """
 
     kind: str
@@ -23,6 +24,7 @@ class Track:
     rows: Array  # (w,)
     times: Array  # (T,) ns, strictly rising
     values: Array  # (T, w, …) as in RawFrame
+    degrees: bool = False
 
     @property
     def period(self) -> float:
@@ -50,8 +52,8 @@ def _joints(kind: str, joints: Joints, times: Array, values: Array, robot: Robot
     columns = [index for index, name in enumerate(joints.joints) if name is not None]
     names = tuple(name for name in joints.joints if name is not None)
     rows = np.array([robot.joints.index(name) for name in names])
-    chosen = values[:, columns]
-    return Track(kind, names, rows, times, np.radians(chosen) if joints.unit == "deg" else chosen)
+    chosen, degrees = values[:, columns], joints.unit == "deg"
+    return Track(kind, names, rows, times, np.radians(chosen) if degrees else chosen, degrees)
 
 
 def _force_torque(ft: ForceTorque, times: Array, values: Array, robot: Robot) -> Track:
@@ -75,6 +77,9 @@ def _inertial(imu: Imu, times: Array, values: Array, robot: Robot) -> list[Track
     rows = np.array([robot.imus.index(imu.name)])
     acc = values[:, imu.acc_at : imu.acc_at + 3]
     gyro = values[:, imu.gyro_at : imu.gyro_at + 3]
-    gyro = np.radians(gyro) if imu.gyro_unit == "deg/s" else gyro
-    both = {"imu_acc": acc, "imu_gyro": gyro}
-    return [Track(kind, (imu.name,), rows, times, v[:, None, :]) for kind, v in both.items()]
+    degrees = imu.gyro_unit == "deg/s"
+    gyro = np.radians(gyro) if degrees else gyro
+    return [
+        Track("imu_acc", (imu.name,), rows, times, acc[:, None, :]),
+        Track("imu_gyro", (imu.name,), rows, times, gyro[:, None, :], degrees),
+    ]
