@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, ChunkIndex, Metadata, Schema
+from mcap.summary import Summary
 
 from bus.described_type import build
 from bus.envelope import Envelope, envelope_of
@@ -69,9 +70,10 @@ class Recording:
         with RecordFile(self.path) as file:
             check_header(file)
             self._summary = read_summary(file)
+            with file.at(file.size - FOOTER):
+                self.channels = _ports_of(self._summary)  # anew where type or owner changed
         statistics = self._summary.statistics
         assert statistics is not None
-        self._counts = statistics.channel_message_counts
         self.start: int = statistics.message_start_time  # arrival, wall time [ns]
         self.end: int = statistics.message_end_time
 
@@ -83,16 +85,6 @@ class Recording:
             earlier = found.get(port.name)
             found[port.name] = port._replace(count=port.count + (earlier.count if earlier else 0))
         return dict(sorted(found.items()))
-
-    @cached_property
-    def channels(self) -> list[Port]:
-        """The ports in order of their appearance, anew where type or owner changed."""
-        summary, counts = self._summary, self._counts
-        with RecordFile(self.path) as file, file.at(file.size - FOOTER):
-            return [
-                _port(channel, summary.schemas[channel.schema_id], counts.get(id_, 0))
-                for id_, channel in summary.channels.items()
-            ]
 
     @cached_property
     def metadata(self) -> dict[str, dict[str, str]]:
@@ -175,6 +167,14 @@ class Recording:
 def _lacks(chunk: ChunkIndex, channels: Collection[int]) -> bool:
     told = chunk.message_index_offsets.keys()
     return bool(told) and told.isdisjoint(channels)
+
+
+def _ports_of(summary: Summary) -> list[Port]:
+    counts = summary.statistics.channel_message_counts if summary.statistics else {}
+    return [
+        _port(channel, summary.schemas[channel.schema_id], counts.get(id_, 0))
+        for id_, channel in summary.channels.items()
+    ]
 
 
 def _port(channel: Channel, schema: Schema, count: int) -> Port:

@@ -24,6 +24,7 @@ SERVICES = [
     "gravity_compensator",
     "contact_detector",
     "dashboard",
+    "recorder",
 ]
 
 
