@@ -25,7 +25,7 @@ check: compile  ## lint, format, types, import rules
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 
-bench: compile  ## measure beside peers, write benchmarks/results.json (ARGS=--quick)
+bench: compile  ## measure beside peers, write docs/performance.md (ARGS='--quick', ARGS='--only bus')
 	$(BIN)/python -m benchmarks $(ARGS)
 
 clean:  ## remove the environment and everything generated
