@@ -82,6 +82,11 @@ class RawAsker:
                 return None
         return time.perf_counter() - start
 
+    def close(self) -> None:
+        """Neither send nor receive any more."""
+        self._subscriber.undeclare()
+        self._publisher.undeclare()
+
     def _take(self, sample: zenoh.Sample) -> None:
         adopt()
         sample.payload.to_bytes()

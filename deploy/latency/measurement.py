@@ -15,6 +15,7 @@ from deploy.latency.askers import Asker, PortAsker, RawAsker
 TURNS = 4  # blocks of each, one after the other: both see the same load
 WARM_UP = 50  # round trips
 TIMEOUT = 1.0  # [s]
+Trips = dict[str, list[float | None]]
 
 
 def measure(node: Node, size: int, rate: float, seconds: float) -> dict[str, Any]:
@@ -25,16 +26,21 @@ def measure(node: Node, size: int, rate: float, seconds: float) -> dict[str, Any
     """
     with _echo(node):
         port = PortAsker(node, size)
-        askers: dict[str, Asker] = {"bus": port}
-        askers["zenoh"] = RawAsker(node.session, node.name, port.message_size)
-        trips: dict[str, list[float | None]] = {name: [] for name in askers}
-        for asker in askers.values():
-            _paced(node, asker, WARM_UP, rate)
-        for _ in range(TURNS):
-            for name, asker in askers.items():
-                trips[name] += _paced(node, asker, max(1, round(rate * seconds / TURNS)), rate)
+        raw = RawAsker(node.session, node.name, port.message_size)
+        trips = _by_turns(node, {"bus": port, "zenoh": raw}, rate, seconds)
+        raw.close()
     result = {"size": 8 * (size // 8), "message_bytes": port.message_size, "rate": rate}
     return result | {name: _summary(values) for name, values in trips.items()}
+
+
+def _by_turns(node: Node, askers: dict[str, Asker], rate: float, seconds: float) -> Trips:
+    trips: Trips = {name: [] for name in askers}
+    for asker in askers.values():
+        _paced(node, asker, WARM_UP, rate)
+    for _ in range(TURNS):
+        for name, asker in askers.items():
+            trips[name] += _paced(node, asker, max(1, round(rate * seconds / TURNS)), rate)
+    return trips
 
 
 def _paced(node: Node, asker: Asker, count: int, rate: float) -> list[float | None]:
