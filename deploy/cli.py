@@ -10,6 +10,7 @@ from deploy.verbs import (
     log_group,
     measure,
     ping,
+    play,
     ports,
     presence,
     read,
@@ -48,6 +49,8 @@ NEGATIVE = {"ignore_unknown_options": True}  # -1 is a value
 add(service.param, "param", "param set torque_observer support pole", **NEGATIVE)
 app.add_typer(log_group.group, name="log")
 add(record.record, "record", "record -o walk.mcap --seconds 60")
+add(play.play, "play", "play walk.mcap --rate 0.5 --from 10 --prefix /log")
+add(play.replay, "replay", "replay walk.mcap --loop")
 add(ping.ping, "ping", "ping torque_observer -n 10")
 add(top.top, "top", "top -n 1 --json")
 add(ports.list_all, "list", "list --json")

@@ -43,10 +43,10 @@ def demo(
 
     def welcome(launcher: "Launcher") -> None:
         tell(launcher)
-        if not (no_browser or _headless()):
+        if not (no_browser or headless()):
             webbrowser.open(launcher.dashboard_url)
 
-    _launch(application, "localhost", seconds, welcome)
+    launch(application, "localhost", seconds, welcome)
 
 
 def up(
@@ -58,7 +58,7 @@ def up(
     """Start the services of an application file and keep them up."""
     from deploy.launcher.application import load_application
 
-    _launch(load_application(file), host, seconds, tell, insecure)
+    launch(load_application(file), host, seconds, tell, insecure)
 
 
 @with_connection
@@ -112,7 +112,8 @@ def tell(launcher: "Launcher") -> None:
     print_line("stop:    Ctrl-C")
 
 
-def _launch(application, host: str, seconds: float | None, on_ready, insecure=False) -> None:
+def launch(application, host: str, seconds: float | None, on_ready, insecure=False) -> None:
+    """Run an application's part of a host; raise UsageError when it has none."""
     from deploy.launcher.launcher import Launcher
 
     hosts = application.host_names
@@ -124,7 +125,7 @@ def _launch(application, host: str, seconds: float | None, on_ready, insecure=Fa
     Launcher(application, namespace, host, on_ready, insecure).run(seconds)
 
 
-def _headless() -> bool:
+def headless() -> bool:
     """Whether there is no screen to open a page on."""
     if not sys.platform.startswith("linux"):
         return False

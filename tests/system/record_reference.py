@@ -10,12 +10,14 @@ from pathlib import Path
 
 from bus.envelope import envelope_of
 from bus.recording import Recording, RecordingWriter
+from bus.recording.heads import head_of, join, split
 from robot_model import load_robot, ports
 from tests.system.lockstep_runs import REFERENCE, machine, outputs, record_live, record_replay
 
 TICKS = 480
 EVERY = 4_000_000  # ns between kept estimates of 1 kHz; all would be too many bytes
 FAST = 250.0  # Hz
+SOON = 1_000_000  # ns
 MOST = 2_000_000  # bytes
 
 
@@ -42,16 +44,36 @@ def main(new: bool) -> None:
 def _write(path: Path, frames: Recording, estimates: Recording, raw: str, names: list[str]) -> None:
     """Write all raw frames, and the valid estimates, some of those that are frequent."""
     writer = RecordingWriter(path, machine())
-    for recording, name in [(frames, raw), *((estimates, name) for name in names)]:
-        port = recording.ports[name]
-        told = {"type": port.type, "fields": port.fields, "nominal_hz": port.nominal_hz}
-        channel = writer.open_channel(name, told)
-        every = EVERY if name != raw and port.nominal_hz > FAST else 1
-        for message in recording.messages([name]):
-            envelope = envelope_of(message.data)
-            if name == raw or (envelope.valid and envelope.stamp % every == 0):
-                writer.write(channel, message.data, envelope, message.arrival)
+    sent_at = {split(m.data).stamp: split(m.data).sent for m in frames.messages([raw])}
+    _copy(writer, frames, raw, {})
+    for name in names:
+        _copy(writer, estimates, name, sent_at)
     writer.close()
+
+
+def _copy(
+    writer: RecordingWriter, recording: Recording, name: str, sent_at: dict[int, int]
+) -> None:
+    """Copy a port; estimates as if sent soon after the frame of their stamp [ns]."""
+    port = recording.ports[name]
+    told = {"type": port.type, "fields": port.fields, "nominal_hz": port.nominal_hz}
+    channel = writer.open_channel(name, told)
+    every = EVERY if sent_at and port.nominal_hz > FAST else 1
+    for message in recording.messages([name]):
+        data, envelope = message.data, envelope_of(message.data)
+        if sent_at and (not envelope.valid or envelope.stamp % every or envelope.stamp == 0):
+            continue
+        if sent_at:
+            data = _sent(data, sent_at[envelope.stamp] + SOON)
+            envelope = envelope_of(data)
+        writer.write(channel, data, envelope, envelope.sent + SOON)
+
+
+def _sent(data: bytes, sent: int) -> bytes:
+    """Return a message as sent at another time."""
+    taken, head = split(data), envelope_of(data)
+    prefix = head_of(head.type, head.source, head.epoch)
+    return join(prefix, head.seq, *taken[:3], sent, taken.tail)
 
 
 if __name__ == "__main__":
