@@ -22,6 +22,7 @@ def attach_robot(writer: RecordingWriter, robot: Robot) -> None:
     description = robot.source.read_bytes()
     writer.attach(f"{FOLDER}/{robot.name}.yaml", "application/yaml", description)
     writer.attach(f"{FOLDER}/{robot.name}.urdf", "application/xml", robot.urdf.path.read_bytes())
+    writer.note("robot", {"name": robot.name, "model": robot.model_hash})
 
 
 def robots_of(recording: Recording) -> dict[str, Robot]:

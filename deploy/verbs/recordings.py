@@ -20,8 +20,8 @@ From = Annotated[
 To = Annotated[
     float | None, typer.Option("--to", min=0.0, help="End so many seconds after the start.")
 ]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace OUT if it exists.")]
-Out = Annotated[Path, typer.Option("-o", "--out", metavar="OUT", help="What is written.")]
+Force = Annotated[bool, typer.Option("--force", "--overwrite", help="Replace OUT if it exists.")]
+Out = Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="What is written.")]
 Map = Annotated[
     Path, typer.Option("--map", metavar="MAP.yaml", help="Which stream is which channel.")
 ]
@@ -57,7 +57,7 @@ def export(
     out: Out = ...,  # type: ignore[assignment]
     start: From = None,
     end: To = None,
-    overwrite: Overwrite = False,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Write a recording's numbers as one .npz, or as a folder of CSV tables.
@@ -72,7 +72,7 @@ def export(
 
     recording = _open(file)
     selection = Selection(recording, ports or (), start, end)
-    _make_way(out, overwrite)
+    _make_way(out, force)
     write = export_npz if out.suffix == ".npz" else export_csv
     try:
         counts = write(selection, robots_of(recording), out)
@@ -96,7 +96,7 @@ def convert(
     ] = False,
     start: From = None,
     end: To = None,
-    overwrite: Overwrite = False,
+    force: Force = False,
 ) -> None:
     """Write an MCAP file of JSON messages, which PlotJuggler and Foxglove open.
 
@@ -109,7 +109,7 @@ def convert(
 
     recording = _open(file)
     selection = Selection(recording, ports or (), start, end)
-    _make_way(out, overwrite)
+    _make_way(out, force)
     try:
         counts = write(recording, selection, robots_of(recording), out, rate, session_time)
     except OSError as error:
@@ -121,39 +121,39 @@ def import_yarp(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What yarpdatadumper wrote.")],
     map_file: Map = ...,  # type: ignore[assignment]
     out: Out = ...,  # type: ignore[assignment]
-    overwrite: Overwrite = False,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Make a recording that can be replayed from the folders of yarpdatadumper."""
     from deploy.recordings.foreign.importing import import_yarp as read
 
-    _report(read, folder, map_file, out, overwrite, as_json)
+    _report(read, folder, map_file, out, force, as_json)
 
 
 def import_csv(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A table with a header.")],
     map_file: Map = ...,  # type: ignore[assignment]
     out: Out = ...,  # type: ignore[assignment]
-    overwrite: Overwrite = False,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Make a recording that can be replayed from a table."""
     from deploy.recordings.foreign.importing import import_csv as read
 
-    _report(read, file, map_file, out, overwrite, as_json)
+    _report(read, file, map_file, out, force, as_json)
 
 
 def import_npz(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="An .npz of arrays over time.")],
     out: Out = ...,  # type: ignore[assignment]
     robot: Annotated[str, typer.Option("--robot", help="Whose log it is.")] = "icub",
-    overwrite: Overwrite = False,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Make a recording that can be replayed from arrays, as wrenchbus estimate reads them."""
     from deploy.recordings.foreign.importing import import_npz as read
 
-    _report(read, file, robot, out, overwrite, as_json)
+    _report(read, file, robot, out, force, as_json)
 
 
 def _open(path: Path) -> "Recording":
@@ -162,12 +162,12 @@ def _open(path: Path) -> "Recording":
     return Recording(path)
 
 
-def _make_way(out: Path, overwrite: bool) -> None:
+def _make_way(out: Path, force: bool) -> None:
     """Refuse to write over a file; remove it when that is asked for."""
     if not out.exists():
         return
-    if not overwrite:
-        raise UsageError(f"{out} exists; --overwrite replaces it")
+    if not force:
+        raise UsageError(f"{out} exists already; --force replaces it")
     if not out.is_dir():
         out.unlink()
 
@@ -184,10 +184,10 @@ def _tell(out: Path, counts: dict[str, int], undecodable: dict[str, int], as_jso
     print_line(f"written: {out}")
 
 
-def _report(read: Any, source: Path, how: Any, out: Path, overwrite: bool, as_json: bool) -> None:
+def _report(read: Any, source: Path, how: Any, out: Path, force: bool, as_json: bool) -> None:
     from robot_model.errors import DescriptionError
 
-    _make_way(out, overwrite)
+    _make_way(out, force)
     try:
         summary = read(source, how, out)
     except DescriptionError as error:

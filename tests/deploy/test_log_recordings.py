@@ -101,7 +101,7 @@ def test_a_contact_that_comes_later_has_its_columns(recording, tmp_path):
     [
         (["info", "no_such.mcap"], 1, "no_such.mcap"),
         (["export", "{file}", "/icub/torque:o", "-o", "{out}.npz"], 2, "/icub/torques:o"),
-        (["export", "{file}", "-o", "{file}"], 2, "--overwrite"),
+        (["export", "{file}", "-o", "{file}"], 2, "--force replaces it"),
         (["export", "{file}", "--from", "3", "--to", "2", "-o", "{out}"], 2, "--from before --to"),
         (["export", "{file}"], 2, "-o"),
         (["convert", "{file}", "-o", "/no/such/folder/x.mcap"], 1, "/no/such/folder"),

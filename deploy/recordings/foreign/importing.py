@@ -17,6 +17,7 @@ from deploy.recordings.foreign.raw_recording import Aligned, align, write_raw
 from deploy.recordings.foreign.tracks import Track
 from deploy.recordings.foreign.yarp_folder import YarpLog
 from robot_model import Robot, load_robot
+from services.recorder.about import about
 
 Read = Callable[[LogMap, Robot, Problems], list[Track]]
 
@@ -57,9 +58,9 @@ def _finish(
 ) -> dict[str, Any]:
     check_plausible(tracks, robot, problems)
     aligned = align(tracks, robot, log_map.grid, log_map.gap, log_map.held, problems)
-    about = _about(source, log_map, aligned, problems)
+    made_of = _made_of(source, log_map, aligned, problems)
     try:
-        write_raw(aligned, robot, about, out)
+        write_raw(aligned, robot, made_of, out)
     except OSError as error:
         raise CommandError(f"{out}: {error.strerror or error}") from None
     return {
@@ -73,11 +74,10 @@ def _finish(
     }
 
 
-def _about(source: Path, log_map: LogMap, aligned: Aligned, problems: Problems) -> dict[str, str]:
+def _made_of(source: Path, log_map: LogMap, aligned: Aligned, problems: Problems) -> dict[str, str]:
     """What the file says of its own making."""
     grid = log_map.grid if log_map.grid == "fastest" else f"{log_map.grid:g} Hz"
-    return {
-        "made_by": "wrenchbus log import",
+    return about() | {
         "source": source.name,
         "robot": log_map.robot,
         "interpolation": f"linear; gaps of more than {log_map.gap:g} periods are invalid",
