@@ -24,6 +24,8 @@ from bus.waiter import Waiter
 
 logger = logging.getLogger(__name__)
 
+BREATH = 0.1  # s of reading without an end
+
 
 class Input:
     """The newest ``depth`` messages of its source ports, and of writers to its own key.
@@ -67,8 +69,9 @@ class Input:
         self._freshness = freshness
         self._sequences = Sequences()
         self._samples = SampleQueue(depth)
-        self._max_message = max_message
+        self._max_message, self._model = max_message, model
         self._complained = 0.0
+        self._reading_since = 0.0  # monotonic [s]; 0 when all was read
         self._explained = 0
         self._meter = Meter()
         if stream == "bundled" and not polled:
@@ -81,7 +84,13 @@ class Input:
         self._read_from(*self._receivers)
 
     def read(self) -> Received | None:
-        """Return the next message, or None when there is none; bad ones are skipped."""
+        """Return the next message, or None when there is none; bad ones are skipped.
+
+        Of a stream that comes faster than it is handled, it says None now and then, so
+        that a loop that reads all gets to its requests and hears that it shall end.
+        """
+        if self._is_breathless():
+            return None
         while (item := self._samples.pop() or self._poll()) is not None:
             received = self._accept(*item)
             if received is None:
@@ -92,7 +101,16 @@ class Input:
                 self._statistics.received += 1
                 return received
             self._statistics.late += 1
+        self._reading_since = 0.0
         return None
+
+    def _is_breathless(self) -> bool:
+        now = time.monotonic()
+        if self._reading_since and now - self._reading_since > BREATH:
+            self._reading_since = 0.0
+            return True
+        self._reading_since = self._reading_since or now
+        return False
 
     def newest(self) -> Received | None:
         """Return the newest of all waiting messages, or None when nothing new came."""
@@ -147,6 +165,7 @@ class Input:
             "fresh": self.fresh,
             "reason": self.reason,
             "max_message": self._max_message,
+            "model": self._model,
             "queue": {"depth": self._depth, "mode": "fifo" if self._depth > 1 else "newest"},
             "stream": self._stream,
         }

@@ -55,7 +55,7 @@ class Output:
             Encoder, message_type, self.source, model=model, dimensions=dimensions
         )
         self._encoder = self._encode_in(self.epoch)
-        self._max_message = max_message
+        self._max_message, self._model = max_message, model
         self._reliable = reliable
         self._now = now or (lambda: (time.time_ns(), WALL))
         self._lock = threading.Lock()
@@ -141,6 +141,7 @@ class Output:
             "hz": self._meter.rate(self.statistics.written),
             "wanted_hz": self._wanted_hz(),
             "max_message": self._max_message,
+            "model": self._model,
             "reliable": self._reliable,
         }
 

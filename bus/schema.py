@@ -39,6 +39,7 @@ class Field(NamedTuple):
             "unit": self.unit,
             "frame": self.frame,
             "optional": self.optional,
+            "required": self.default is dataclasses.MISSING and not self.optional,
         }
 
 

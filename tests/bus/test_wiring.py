@@ -156,3 +156,15 @@ def test_two_namespaces_have_wishes_of_their_own():
             connect(one, "/x:o", "/y:i", persist=True)
             assert connections(one) == [Connection("/x:o", "/y:i", True)]
             assert connections(two) == []
+
+
+def test_a_service_that_feeds_itself_still_answers_and_ends(start, node):
+    toy = start(TOY)
+    out = node.output("/test/out:o", Number)
+    node.ready()
+    connect(node, "/toy/out:o", SINK)
+    eventually(lambda: out.matched)
+    out.write(Number(value=0.0))
+    disconnect(node, "/toy/out:o", SINK)
+    connect(node, "/toy/out:o", SINK)
+    assert toy.stop() == 0
