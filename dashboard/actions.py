@@ -14,6 +14,7 @@ from .html import GREEN, RED, note
 from .panel import Click, Panel
 from .placement import Placement
 from .push import DIRECTIONS, push_point
+from .replay_bar import PLAYER
 
 ANSWER = 2.0  # [s] within which a service that only switches something has answered
 FINISHING = 10.0  # [s] for the recorder to finish its file
@@ -47,7 +48,8 @@ class Actions:
             "record": self._record,
         }
         self.frozen = False
-        self.paused = False  # the plant's clock stands still
+        self.paused = False  # the plant's clock stands still, or the recording's
+        self.replaying = False  # somebody plays a recording
         self.holding = False  # the sensor server holds the posture
         self.recording = False  # the recorder records
 
@@ -100,7 +102,8 @@ class Actions:
             else:
                 self._report(click, outcome)
 
-        self._errands.send(verb, self._sim, verb, {}, ANSWER, then)
+        port = PLAYER if self.replaying else self._sim
+        self._errands.send(verb, port, verb, {}, ANSWER, then)
 
     def _stop(self, click: Click) -> None:
         verb = "release" if self.holding else "stop"

@@ -65,6 +65,8 @@ class Page:
         self._actions.paused = self._node.clock.state == "paused"
         self._actions.holding = self._watch.holding
         self._actions.recording = bool(self._watch.recorder.get("recording"))
+        self._panel.replay.update(self._node, self._errands, now)
+        self._actions.replaying = self._panel.replay.present
         self._actions.run()
         with self._server.atomic():
             if not self._actions.frozen:
@@ -115,7 +117,7 @@ class Page:
             paused=actions.paused,
             frozen=actions.frozen,
             stale=self._inputs.trouble("sensors") or self._inputs.trouble("base"),
-            replay=self._config.replay,
+            replay=self._config.replay or actions.replaying,
             time=self._inputs.time("sensors"),
             holding=actions.holding,
             fallen=known.truth is not None and known.truth.fallen,

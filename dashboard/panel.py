@@ -14,6 +14,7 @@ from .chart import ResidualChart
 from .config import DashboardConfig
 from .html import AMBER, GREY, line, note
 from .push import DIRECTIONS
+from .replay_bar import ReplayBar
 
 LEGEND = (
     "<style>#legend span {{white-space:nowrap;margin-right:10px}}</style>"
@@ -45,6 +46,7 @@ class Panel:
             gui.add_html(note("insecure", notice, AMBER))
         self.alarm = gui.add_html(line("alarm", "contact unknown: starting", GREY, "17px"))
         self.last = gui.add_html("")
+        self.replay = ReplayBar(gui)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Live"):
             self.chart = ResidualChart(gui, robot, config.chart_points)

@@ -147,3 +147,16 @@ def test_the_recording_line_shows_name_size_duration_and_what_is_wrong():
 def test_the_recorders_label_disturbs_no_pinned_button():
     for label in (recording.BEGIN, recording.END):
         assert not any(name in label for name in ("Push", "Tare", "Pause", "Stop"))
+
+
+def test_pause_is_the_players_while_a_recording_is_played(actions, panel, errands):
+    errands.answers["/player/rpc:i"] = {"position": 1.0}
+    actions.replaying = True
+    press(actions, panel, "pause")
+    actions.paused = True
+    press(actions, panel, "pause")
+    assert [asked[:2] for asked in errands.asked] == [
+        ("/player/rpc:i", "pause"),
+        ("/player/rpc:i", "resume"),
+    ]
+    assert not actions.frozen
