@@ -79,6 +79,13 @@ class BundledStream(Stream):
             self.put(pack(self._messages))
             self._begin()
 
+    def close(self) -> None:
+        """Send no more; what is written so far is not kept."""
+        if self._messages and self.matched:
+            self.put(pack(self._messages))
+        self._begin()
+        super().close()
+
     def _begin(self) -> None:
         self._messages, self._size = [], 0
 

@@ -31,6 +31,7 @@ class RawInput:
 
     def __init__(self, session: Any, directory: Directory, name: str, rate: float):
         self.refused = self.foreign = 0
+        self.owner: bytes | None = None  # the last one that was seen; it may have left since
         self.bundled = name.endswith(":o") and rate > THINNED_HZ
         self._owned = name.endswith(":o")
         self._heeded: bytes | None = None
@@ -47,24 +48,25 @@ class RawInput:
         self._poll.collect()
         while (item := self._samples.pop()) is not None:
             data, _, _, owner, _ = item
+            self.owner = owner or self.owner
             try:
                 envelope = envelope_of(data)
             except WireError:
                 self.refused += 1
                 continue
-            if self._heeds(envelope.source, owner):
+            if self._heeds(envelope.source):
                 yield data, envelope
             else:
                 self.foreign += 1
 
-    def _heeds(self, source: bytes, owner: bytes | None) -> bool:
+    def _heeds(self, source: bytes) -> bool:
         """The owner is who owned the name when we looked; what its predecessor had written
         before may still have waited for us."""
         if not self._owned or source == self._heeded:
             return True
-        if source == owner:
+        if source == self.owner:
             self._heeded = source
-        return source == owner
+        return source == self.owner
 
     def close(self) -> None:
         """Receive no more."""

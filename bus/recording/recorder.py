@@ -107,6 +107,7 @@ class Recorder:
         if self._described.get(token.name) == token.source or not self._wants(token):
             return
         self._listen(token.name, token.rate)
+        self._inputs[token.name].owner = token.source
         self._rates[token.name] = token.rate
         self._described[token.name] = token.source
         self._asked[token.name] = Description(self._node, token)

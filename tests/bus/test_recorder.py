@@ -171,3 +171,16 @@ def test_what_was_written_last_and_did_not_come_is_lost(record, writer, node):
     until(recorder, ["/w/x:o"], 1)
     out.statistics.written += 7  # as if the link had swallowed them
     assert finish(recorder).metadata["losses/w/x:o"]["lost"] == "7"
+
+
+@pytest.mark.parametrize("rate", [1000.0, 0.0])
+def test_the_last_messages_of_a_writer_that_ends_are_recorded(record, hub, node, rate):
+    with Node("writer", connect=hub, signals=False) as writer:
+        out = writer.output("/w/x:o", Number, rate=rate)
+        writer.ready()
+        eventually(lambda: "/w/x:o" in node.directory.names())
+        recorder = record("/w/x:o")
+        eventually(lambda: out.matched)
+        write(out, range(0, 7 * MS, MS))  # the last ones lie in an open bundle
+    until(recorder, ["/w/x:o"], 7)
+    assert finish(recorder).metadata["losses/w/x:o"]["lost"] == "0"
