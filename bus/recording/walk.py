@@ -1,5 +1,6 @@
 """Goes through a file that may be spoilt anywhere, from one whole record to the next."""
 
+import re
 import struct
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -46,7 +47,7 @@ def walk(file: RecordFile) -> Iterator[Record | GivenUp]:
             record = _checked(file, offset, indexed)
         except RecordingError as error:
             after = _next_record(file, offset, end)
-            yield GivenUp(offset, after, _reason(file, offset, error))
+            yield GivenUp(offset, after, _reason(file, error))
             offset = after
             continue
         indexed = record.opcode in NOT_DATA
@@ -54,9 +55,8 @@ def walk(file: RecordFile) -> Iterator[Record | GivenUp]:
         offset = record.end
 
 
-def _reason(file: RecordFile, offset: int, error: RecordingError) -> str:
-    prefix = f"{file.path}: "
-    return str(error).removeprefix(f"{prefix}spoilt at byte {offset}: ").removeprefix(prefix)
+def _reason(file: RecordFile, error: RecordingError) -> str:
+    return re.sub(r"^spoilt at byte \d+: ", "", str(error).removeprefix(f"{file.path}: "))
 
 
 def _checked(file: RecordFile, offset: int, indexed: bool) -> Record:
