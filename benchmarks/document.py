@@ -21,7 +21,8 @@ Written by `make bench` from the figures that it stores in `benchmarks/results.j
 Every figure is measured beside its peer in one run, in turns: on a busy or slow machine trust the
 ratios, not the times. "Cores busy" counts everybody on the machine while the figure was taken,
 the benchmark itself included. Where a peer is named without more, `ratio` is value by peer, and
-less than 1 means that we are faster. Targets that this run missed stand first.
+less than 1 means that we are faster. Targets that the stored runs missed stand first. The latency
+and fan-out parts take real-time priority where they may: others on the machine notice it.
 
 Machine: {machine}.
 """
