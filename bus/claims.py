@@ -237,7 +237,8 @@ def _read(query: zenoh.Query) -> list[Token]:
     if payload is None or len(payload) > MAX_REQUEST:
         raise ValueError("expected a list of token keys")
     keys = unpack(payload.to_bytes())
-    tokens = [Token.parse(key) for key in keys if isinstance(key, str)]
+    listed = keys if isinstance(keys, list) else ()
+    tokens = [Token.parse(key) for key in listed if isinstance(key, str)]
     if not isinstance(keys, list) or len(tokens) != len(keys) or None in tokens:
         raise ValueError(f"expected a list of token keys, got {keys!r:.100}")
     return [token for token in tokens if token is not None]

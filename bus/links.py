@@ -1,4 +1,4 @@
-"""Links to other machines: a cut one holds up no other, and peers meet again after it.
+"""Links: a cut one holds up no other, and peers that were parted meet again.
 
 Zenoh lets ``close()`` linger for 10 s while something is unacknowledged, in the thread that
 reads all links of the session: one that was cut silences all the others until it is back
@@ -24,9 +24,11 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
 
     def on_link(event: zenoh.LinkEvent) -> None:
         adopt()
-        if event.kind == zenoh.SampleKind.PUT and not _stays_here(event.link):
+        if event.kind != zenoh.SampleKind.PUT or not _is_tcp(event.link):
+            return
+        if not _stays_here(event.link):
             let_go(patience)
-            reunion.began(event.link)
+        reunion.began(event.link)  # also here: who was stopped may lose peers and not the hub
 
     def on_transport(event: zenoh.TransportEvent) -> None:
         adopt()
@@ -38,8 +40,10 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
     info.declare_link_events_listener(Callback(on_link, indirect=False), history=True)
 
 
+def _is_tcp(link: zenoh.Link) -> bool:
+    return link.dst.startswith(("tcp/", "tls/"))
+
+
 def _stays_here(link: zenoh.Link) -> bool:
     """Whether a link does not leave this machine: nothing can be cut then."""
-    if not link.dst.startswith(("tcp/", "tls/")):
-        return True
     return endpoint_address(link.src)[0] == endpoint_address(link.dst)[0]

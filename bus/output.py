@@ -97,10 +97,6 @@ class Output:
         derive from; what is given besides wins. Without any, the measurement is of
         now. Times in ns.
         """
-        if not self.standing:
-            raise BusError(
-                f"{self.name}: nothing is written before node.ready(), or after losing it"
-            )
         sent = time.time_ns()
         if like is not None:
             stamp = like.stamp if stamp is None else stamp
@@ -111,6 +107,10 @@ class Output:
         acquired = sent if acquired is None else acquired
         times = stamp, clock or WALL, acquired, sent
         with self._lock:
+            if not self.standing:
+                raise BusError(
+                    f"{self.name}: nothing is written before node.ready(), or after losing it"
+                )
             message = self._encode(self._stream, data, times, valid, reason)
             self._stream.put(message)
             self._put_aside(message, data, times, valid, reason)
@@ -162,10 +162,11 @@ class Output:
 
     def close(self) -> None:
         """Write no more."""
-        self.fall()
-        for stream in (self._stream, self._thinned, self._bundled):
-            if stream is not None:
-                stream.close()
+        with self._lock:  # not under a thread that writes
+            self.fall()
+            for stream in (self._stream, self._thinned, self._bundled):
+                if stream is not None:
+                    stream.close()
 
     def _wanted_hz(self) -> float:
         """The nominal rate, less where only a thinned stream is read, 0 while nobody reads."""

@@ -42,7 +42,7 @@ class Wishes:
             case ["all"]:
                 return self._wishes
             case ["of", list() as sinks]:
-                return {str(s): self._wishes[s] for s in sinks if s in self._wishes}
+                return {s: self._wishes[s] for s in map(str, sinks) if s in self._wishes}
             case ["set", str() as sink, str() as source, bool() as wanted]:
                 return self._set(check_name(sink, "input"), check_name(source, "output"), wanted)
             case ["forget", str() as sink, str() as source]:

@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bus import BusError, WireError
+from bus.claims import _read
 from bus.decoder import Decoder
 from bus.encoder import Encoder
 from bus.envelope import envelope_of
@@ -230,6 +231,7 @@ def test_wishes_are_granted_or_refused(seed):
     good = [
         pack(["set", "/r/x:i", "/w/x:o", True]),
         pack(["forget", "/r/x:i", "/w/x:o"]),
+        pack(["of", ["/r/x:i"]]),
     ]
     for _ in range(BATCH):
         try:
@@ -253,3 +255,16 @@ def test_envelopes_are_read_or_refused_without_their_data(seed):
 @pytest.mark.parametrize("good", ALL)
 def test_what_is_spoilt_here_was_good(good):
     assert sum(read(Decoder(kind), good) is not None for kind in GOOD) == 1
+
+
+@fuzz
+@seeds
+def test_claims_are_read_or_refused(seed):
+    random = Random(seed)
+    good = pack([TOKEN.key(), TOKEN._replace(epoch=4).key()])
+    for _ in range(BATCH):
+        question: Any = Question(spoil(random, good, ALL))
+        try:
+            assert all(isinstance(token, Token) for token in _read(question))
+        except ValueError:
+            pass

@@ -148,3 +148,23 @@ def test_who_accepts_and_says_nothing_is_no_hub():
         with closing(), Node("alone", connect=endpoint, signals=False) as node:
             with pytest.raises(BusError, match=f"no hub at {endpoint}"):
                 node.ready(timeout=0.3)
+
+
+def test_a_port_is_closed_while_it_is_written_to(hub):
+    """The name is given back; the thread that writes is told."""
+    writer, out = open_writer(hub)
+    told = threading.Event()
+
+    def write():
+        try:
+            while True:
+                out.write(Number(value=1.0))
+        except BusError:
+            told.set()
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    with closing():
+        writer.close()
+    thread.join(CLOSED_SOON)
+    assert told.is_set()
