@@ -147,11 +147,17 @@ def import_npz(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="An .npz of arrays over time.")],
     out: Out = ...,  # type: ignore[assignment]
     robot: Annotated[str, typer.Option("--robot", help="Whose log it is.")] = "icub",
+    grid: Annotated[
+        float | None, typer.Option(min=0.1, help="Rate to interpolate to [Hz]; default: none.")
+    ] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Make a recording that can be replayed from arrays, as wrenchbus estimate reads them."""
-    from deploy.recordings.foreign.importing import import_npz as read
+    from deploy.recordings.foreign.importing import import_npz
+
+    def read(source: Path, name: str, target: Path) -> dict[str, Any]:
+        return import_npz(source, name, grid, target)
 
     _report(read, file, robot, out, force, as_json)
 

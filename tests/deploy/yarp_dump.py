@@ -1,5 +1,9 @@
-"""Folders as yarpdatadumper writes them, after its public description."""
+"""Folders as yarpdatadumper writes them, after its public description.
 
+``python -m tests.deploy.yarp_dump DIR`` writes some.
+"""
+
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -59,3 +63,7 @@ def analog(t: float) -> str:
 def inertial(t: float) -> str:
     """Angles, acceleration, angular velocity, compass."""
     return f"0 0 0 0 0 9.81 {9.0 * t:.17g} 0 0 1 2 3"
+
+
+if __name__ == "__main__":
+    write_dump(Path(sys.argv[1]))

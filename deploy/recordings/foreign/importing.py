@@ -19,6 +19,12 @@ from deploy.recordings.foreign.yarp_folder import YarpLog
 from robot_model import Robot, load_robot
 from services.recorder.about import about
 
+ENOUGH = 200.0  # Hz
+TOO_COARSE = (
+    "the sensor server's window of 24 ms needs more frames to differentiate positions;"
+    " a grid of 1000 Hz gives them"
+)
+
 Read = Callable[[LogMap, Robot, Problems], list[Track]]
 
 
@@ -32,11 +38,13 @@ def import_csv(file: Path, map_path: Path, out: Path) -> dict[str, Any]:
     return _import_with_map(file, map_path, out, lambda *rest: csv_tracks(file, *rest))
 
 
-def import_npz(file: Path, robot_name: str, out: Path) -> dict[str, Any]:
-    """Make a recording from an npz of arrays; return the summary."""
+def import_npz(file: Path, robot_name: str, grid: float | None, out: Path) -> dict[str, Any]:
+    """Make a recording from an npz of arrays, on its own instants or a grid [Hz]."""
     robot, problems = load_robot(robot_name), Problems()
     tracks = npz_tracks(file, robot, problems)
-    plain = LogMap.model_construct(robot=robot_name, grid="fastest", gap=5.0, held={}, streams=[])
+    plain = LogMap.model_construct(
+        robot=robot_name, grid=grid or "fastest", gap=5.0, held={}, streams=[]
+    )
     return _finish(file, plain, robot, tracks, problems, out)
 
 
@@ -58,6 +66,8 @@ def _finish(
 ) -> dict[str, Any]:
     check_plausible(tracks, robot, problems)
     aligned = align(tracks, robot, log_map.grid, log_map.gap, log_map.held, problems)
+    if aligned.rate < ENOUGH and "ddq" not in aligned.valid:
+        problems.warn(f"{aligned.rate:.6g} Hz: {TOO_COARSE}")
     made_of = _made_of(source, log_map, aligned, problems)
     try:
         write_raw(aligned, robot, made_of, out)
