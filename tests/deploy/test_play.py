@@ -14,7 +14,7 @@ from deploy.main import run
 from deploy.playing import bar
 from deploy.replay import replay_application
 from robot_model import load_robot
-from robot_model.messages import SensorFrame
+from robot_model.messages import JointTorques, SensorFrame
 from tests.system.lockstep_runs import REFERENCE
 
 STATUS = {"position": 5.0, "duration": 10.0, "rate": 1.0, "paused": False, "ended": False}
@@ -116,3 +116,35 @@ def test_a_replay_puts_the_recording_in_the_place_of_the_robot():
     assert set(participants) >= {"torque_observer", "base_estimator", "gravity_compensator"}
     assert all(application.services[name].params["lockstep"] for name in participants)
     assert application.services["dashboard"].params["replay"]
+
+
+def test_services_follow_the_clock_of_what_is_played(hub: str, node: Node, start):
+    robot = load_robot("icub")
+    sizes = {"model": robot.model_hash, "dimensions": robot.dimensions}
+    torques = node.input("/test/torques:i", JointTorques, "/icub/torques:o", depth=256, **sizes)
+    node.ready()
+    start("services.torque_observer")
+    arguments = ("--rate", "4", "--loop", "-e", hub)
+    process = Process("deploy.main", "play", str(REFERENCE), "/icub/sensors:o", *arguments)
+
+    def clock() -> str:
+        return node.call("/torque_observer/rpc:i", "status")["clock"]
+
+    def observed() -> bool:
+        node.wait(0.01)
+        received = torques.newest()
+        return received is not None and received.envelope.valid
+
+    try:
+        eventually(observed)
+        assert torques.latest.envelope.stamp % 4_000_000 == 0 and torques.latest.envelope.clock == 1
+        assert clock() == "running"
+        ask(node, "pause")
+        eventually(lambda: clock() == "paused")
+        ask(node, "resume")
+        eventually(lambda: clock() == "running")
+        eventually(observed)
+        process.stop()
+        eventually(lambda: clock() == "absent")
+    finally:
+        process.clean_up()
