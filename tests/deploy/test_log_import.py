@@ -213,6 +213,21 @@ def test_malformed_lines_are_counted_and_named_and_cost_nothing_else(
     assert Recording(out).metadata["recording"]["lines_left_out"] == "7"
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_spoilt_bytes_are_never_fatal(seed, dump, fastest, tmp_path, capsys):
+    random = np.random.default_rng(seed)
+    odd = [b"1e300", b"9" * 5000, b"(", b'"', b"\x00", b"\n", b"-1", b"nan", b"inf", b"0x", b"\xff"]
+    for file in dump.rglob("*.log"):
+        content = bytearray(file.read_bytes())
+        for place in random.integers(0, len(content), 20):
+            content[place : place + 1] = odd[random.integers(len(odd))]
+        file.write_bytes(content)
+    out = tmp_path / "out.mcap"
+    status = run(["log", "import-yarp", str(dump), "--map", str(fastest), "-o", str(out)])
+    shown = capsys.readouterr().err
+    assert status in (0, 1, 2) and ("data.log:" in shown or "no stream" in shown)
+
+
 @given(st.lists(st.integers(0, 20), max_size=12))
 def test_times_that_are_kept_rise(times):
     array = np.array(times, dtype=np.int64)

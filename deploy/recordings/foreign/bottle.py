@@ -9,7 +9,7 @@ import re
 from typing import Any
 
 NESTED = re.compile(r'["\\(){}\[\]]')
-NUMBER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]{1,8}|\d+)")
+NUMBER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]{1,8}|\d{1,18})")
 ESCAPES = {"n": "\n", "r": "\r", "0": "\0"}
 BLANKS = " \t\r\n,"
 CLOSING = {"(": ")", "{": "}"}
