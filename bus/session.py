@@ -37,6 +37,7 @@ _SETTINGS = {
     "connect/exit_on_failure": False,
     "connect/retry": {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 2},
     "transport/link/tx/queue/size/real_time": 16,  # with 2, express and DROP lose under load
+    "transport/link/tx/queue/size/data_high": 16,  # bundles
     # a reader that does not take a reliable message within 20 ms is disconnected, not waited for
     "transport/link/tx/queue/congestion_control/block/wait_before_close": 20000,
     "transport/link/rx/max_message_size": MAX_MESSAGE,

@@ -20,7 +20,7 @@ class Stream:
     def __init__(self, session: zenoh.Session, key: str, reliable: bool = False):
         self.matched = False
         self.seq = 0
-        self._publisher = _publisher(session, key, reliable)
+        self._publisher = self._declare(session, key, reliable)
         self._listener = self._publisher.declare_matching_listener(
             Callback(self._on_matching, indirect=False)
         )
@@ -36,6 +36,15 @@ class Stream:
         """Send no more."""
         self._listener.undeclare()
         self._publisher.undeclare()
+
+    @staticmethod
+    def _declare(session: zenoh.Session, key: str, reliable: bool) -> zenoh.Publisher:
+        control, priority = zenoh.CongestionControl.DROP, zenoh.Priority.REAL_TIME
+        if reliable:  # of its own priority, so that it cannot stall the others
+            control, priority = zenoh.CongestionControl.BLOCK, zenoh.Priority.INTERACTIVE_HIGH
+        return session.declare_publisher(
+            key, congestion_control=control, priority=priority, express=True
+        )
 
     def _on_matching(self, status: zenoh.MatchingStatus) -> None:
         self.matched = status.matching
@@ -67,6 +76,17 @@ class BundledStream(Stream):
         self._messages: list[bytes] = []
         self._size = 0  # bytes
 
+    @staticmethod
+    def _declare(session: zenoh.Session, key: str, reliable: bool) -> zenoh.Publisher:
+        """Its readers have time and may lose nothing: bundles share packets when a link is slow."""
+        control, priority = zenoh.CongestionControl.DROP, zenoh.Priority.DATA_HIGH
+        return session.declare_publisher(key, congestion_control=control, priority=priority)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether messages wait for the bundle to be complete."""
+        return bool(self._messages)
+
     def add(self, message: bytes, stamp: int, valid: bool) -> None:
         """Take a message of a stamp [ns]; put the bundle when it is complete."""
         if not self.matched:
@@ -88,12 +108,3 @@ class BundledStream(Stream):
 
     def _begin(self) -> None:
         self._messages, self._size = [], 0
-
-
-def _publisher(session: zenoh.Session, key: str, reliable: bool) -> zenoh.Publisher:
-    control, priority = zenoh.CongestionControl.DROP, zenoh.Priority.REAL_TIME
-    if reliable:  # of its own priority, so that it cannot stall the others
-        control, priority = zenoh.CongestionControl.BLOCK, zenoh.Priority.INTERACTIVE_HIGH
-    return session.declare_publisher(
-        key, congestion_control=control, priority=priority, express=True
-    )

@@ -29,7 +29,7 @@ class _Arrived(NamedTuple):
 class Recorder:
     """Moves messages from ports into a file; call `step` some 50 times per second.
 
-    It may be held up for 4 s before a port of 1 kHz loses messages; what is lost is counted.
+    It may be held up for 16 s before a port of 1 kHz loses messages; what is lost is counted.
 
     Args:
         node: Our place on the bus.
