@@ -76,11 +76,10 @@ class Decoder:
         if (tag_seq, tag_stamp, tag_acquired, tag_sent) != TAGS or clock > 1:
             return self._decode(data)
         parts = (*known.head, seq, stamp, clock, acquired, sent, *known.tail)
-        block = np.frombuffer(data[known.start + len(known.middle) :], FLOAT64)
         values = known.values.copy()
         for name in self._lists:  # each message has lists of its own
             values[name] = values[name].copy()
-        _fill(values, known.plan, block)
+        _fill(values, known.plan, data[known.start + len(known.middle) :])
         return self._build(values), _envelope(Envelope, parts)
 
     def _decode(self, data: bytes) -> tuple[Any, Envelope]:
@@ -97,7 +96,7 @@ class Decoder:
         values = constant.copy()
         for name in self._lists:
             values[name] = values[name].copy()
-        _fill(values, plan, np.frombuffer(block, FLOAT64))
+        _fill(values, plan, block)
         if self._repeatable:
             self._remember(data, envelope, constant, plan)
         return self._build(values), envelope
@@ -161,9 +160,10 @@ class Decoder:
         return message
 
 
-def _fill(values: dict[str, Any], plan: Plan, block: np.ndarray) -> None:
+def _fill(values: dict[str, Any], plan: Plan, data: bytes) -> None:
     """Put views of the block into the message's values."""
-    plan.check_finite(block)
+    plan.check_finite(data)
+    block = np.frombuffer(data, FLOAT64)
     for name, part, shape in plan.slots:
         values[name] = block[part] if shape is None else block[part].reshape(shape)
 

@@ -12,11 +12,12 @@ import numpy as np
 
 from bus.errors import WireError
 from bus.head import INT64, NUMBERS, UINT64, pack_block_head, pack_prefix
-from bus.layout import FLOAT64, Plan, Shapes
+from bus.layout import FLOAT64, LARGE, Plan, Shapes
 from bus.packing import pack
 from bus.schema import Field, fields_of, type_name
 
 _BOOL = np.dtype(bool)
+_shape_and_type = attrgetter("shape", "dtype")
 
 
 class _Form(NamedTuple):
@@ -26,8 +27,7 @@ class _Form(NamedTuple):
     absent: tuple[str, ...]
     arrays: int
     flags: int
-    shapes: list[tuple[int, ...]]
-    dtypes: list[np.dtype]
+    kinds: tuple[tuple, ...]  # shapes and dtypes of arrays and flags
     plan: Plan
     layout: bytes  # packed, with the head of the block
 
@@ -71,11 +71,10 @@ class Encoder:
             expected, got = self._type.__name__, type(message).__name__
             raise WireError(f"expected a message of type {expected}, got {got}")
         form, values = self._look(message)
-        block = b"".join([array.tobytes() for array in values[: form.arrays]])
-        form.plan.check_finite(np.frombuffer(block, FLOAT64))
+        block = _block(form.plan, values[: form.arrays])
         numbers = NUMBERS.pack(UINT64, seq, INT64, stamp, clock, INT64, acquired, INT64, sent)
         middle = self._pack_middle(form, values[form.arrays :], valid, reason)
-        return b"".join((self._prefix, numbers, middle, block))
+        return b"".join((self._prefix, numbers, middle, *block))
 
     def _look(self, message: Any) -> tuple[_Form, tuple]:
         """Return the form of a message and its values; the form of the last one if it fits."""
@@ -84,8 +83,7 @@ class Encoder:
             try:
                 values = form.get(message)
                 vectors = values[: form.flags]
-                same = [vector.shape for vector in vectors] == form.shapes
-                if same and [vector.dtype for vector in vectors] == form.dtypes:
+                if tuple(map(_shape_and_type, vectors)) == form.kinds:
                     if not form.absent or not _any_present(message, form.absent):
                         return form, values
             except AttributeError:
@@ -115,8 +113,7 @@ class Encoder:
             absent=tuple(absent),
             arrays=len(arrays),
             flags=len(vectors),
-            shapes=[value.shape for _, value in vectors],
-            dtypes=[FLOAT64] * len(arrays) + [_BOOL] * len(flags),
+            kinds=tuple(_shape_and_type(value) for _, value in vectors),
             plan=plan,
             layout=table + pack_block_head(8 * plan.size),
         )
@@ -126,7 +123,7 @@ class Encoder:
         count = len(self._flags)
         flags, scalars = values[:count], values[count:]
         constant = None
-        if self._comparable and not any(type(scalar) is np.ndarray for scalar in scalars):
+        if self._comparable and np.ndarray not in map(type, scalars):
             constant = (valid, reason, scalars, [flag.tobytes() for flag in flags])
             if constant == self._constant:
                 return self._middle
@@ -146,7 +143,20 @@ def _getter(fields: list[Field]) -> Callable[[Any], tuple]:
     names = [field.name for field in fields]
     if len(names) > 1:
         return attrgetter(*names)
-    return lambda message: tuple(getattr(message, name) for name in names)
+    if not names:
+        return lambda message: ()
+    only = attrgetter(*names)
+    return lambda message: (only(message),)
+
+
+def _block(plan: Plan, arrays: tuple[np.ndarray, ...]) -> tuple[bytes | memoryview, ...]:
+    """Return the checked block in pieces; of a large one the arrays themselves, uncopied."""
+    if 8 * plan.size <= LARGE:
+        block = b"".join([array.tobytes() for array in arrays])
+        plan.check_finite(block)
+        return (block,)
+    plan.check_arrays(arrays)
+    return tuple(np.ascontiguousarray(array).data for array in arrays)
 
 
 def _any_present(message: Any, names: tuple[str, ...]) -> bool:

@@ -52,7 +52,11 @@ def run(options: argparse.Namespace) -> None:
     entry = None
     try:
         with Node(
-            "hub", connect=options.listen, namespace=options.namespace, insecure=options.insecure
+            "hub",
+            connect=options.listen,
+            listen=f"{options.listen.rpartition(':')[0]}:0",
+            namespace=options.namespace,
+            insecure=options.insecure,
         ) as node:
             BusLog(node)
             node.ready()

@@ -247,7 +247,10 @@ class Input:
         if gap < 0:
             statistics.repeated += 1
             return None
-        self._count_missing(gap, overrun)
+        if gap:
+            self._count_missing(gap, overrun)
+        else:
+            self._explained = self._samples.passed + statistics.refused
         return Received(data, envelope, arrival)
 
     def _count_missing(self, gap: int, overrun: bool) -> None:

@@ -2,7 +2,8 @@
 
 Zenoh lets ``close()`` linger for 10 s while something is unacknowledged, in the thread that
 reads all links of the session: one that was cut silences all the others until it is back
-(eclipse-zenoh/zenoh#1101, #2350). No setting changes that, but the sockets are ours.
+(eclipse-zenoh/zenoh#1101, #2350); so does a reader on this machine that is stopped. No
+setting changes that, but the sockets are ours.
 """
 
 import zenoh
@@ -18,7 +19,8 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
 
     Args:
         session: A session that was opened just now.
-        patience: Seconds without an acknowledgement after which a connection is given up.
+        patience: Seconds without an acknowledgement after which a connection to another
+            machine is given up.
     """
     reunion = Reunion(session)
 
@@ -26,8 +28,7 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
         adopt()
         if event.kind != zenoh.SampleKind.PUT or not _is_tcp(event.link):
             return
-        if not _stays_here(event.link):
-            let_go(patience)
+        let_go(0.0 if _stays_here(event.link) else patience)
         reunion.began(event.link)  # also here: who was stopped may lose peers and not the hub
 
     def on_transport(event: zenoh.TransportEvent) -> None:

@@ -120,9 +120,9 @@ class Output:
     def _put_aside(self, message: bytes, data: Any, times: Times, valid: bool, reason: str) -> None:
         """Serve those who do not read the whole stream, one message at a time."""
         thinned, bundled, stamp = self._thinned, self._bundled, times[0]
-        if bundled is not None:
+        if bundled is not None and (bundled.matched or bundled.waiting):
             bundled.add(message, stamp, valid)
-        if thinned is not None and thinned.due(stamp, valid):
+        if thinned is not None and thinned.matched and thinned.due(stamp, valid):
             thinned.put(self._encode(thinned, data, times, valid, reason))
             thinned.take(stamp)
 

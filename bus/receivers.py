@@ -136,10 +136,11 @@ class Delivery(Receiver):
 
     def _take(self, sample: zenoh.Sample) -> None:
         adopt()
-        origin, size = self._origin, len(sample.payload)
+        origin, payload = self._origin, sample.payload
+        size = len(payload)
         if origin is not None:
             self._owner = self._leader(origin) or self._owner  # it may have left after writing
-        part = sample.payload.to_bytes() if size <= self._limit else size
+        part = payload.to_bytes() if size <= self._limit else size
         self._push((part, time.monotonic_ns(), origin, self._owner, False))
         self._wake()
 

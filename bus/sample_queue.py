@@ -19,11 +19,12 @@ class SampleQueue:
 
     def push(self, item: Any) -> None:
         """Append an item, at the cost of the oldest when full."""
-        with self._lock:
-            if len(self._items) >= self._depth:
-                self._items.popleft()
-                self.dropped += 1
-            self._items.append(item)
+        if len(self._items) >= self._depth:
+            with self._lock:
+                if len(self._items) >= self._depth:
+                    self._items.popleft()
+                    self.dropped += 1
+        self._items.append(item)
 
     def pop(self) -> Any:
         """Return the oldest item, or None."""
@@ -31,4 +32,4 @@ class SampleQueue:
             return None
         with self._lock:
             self.passed = self.dropped
-            return self._items.popleft()
+            return self._items.popleft() if self._items else None

@@ -12,6 +12,9 @@ class Sequences:
     def gap(self, source: bytes, seq: int) -> int:
         """Return how many messages are missing before this one; -1 when it is not a new one."""
         last = self._last.get(source)
+        if last == seq - 1:
+            self._last[source] = seq
+            return 0
         if last is None:
             if len(self._last) >= _WRITERS:
                 del self._last[next(iter(self._last))]

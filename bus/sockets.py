@@ -24,7 +24,7 @@ def let_go(patience: float) -> int:
 
     Args:
         patience: After so many seconds without an acknowledgement the kernel gives a
-            connection up, instead of sending what is old by then.
+            connection up, instead of sending what is old by then; 0: never.
     """
     return _each(lambda connection: _lingers(connection) and _set(connection, patience))
 
@@ -77,7 +77,7 @@ def _lingers(connection: socket.socket) -> bool:
 
 def _set(connection: socket.socket, patience: float) -> bool:
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, LINGER.pack(0, 0))
-    if hasattr(socket, "TCP_USER_TIMEOUT"):
+    if patience and hasattr(socket, "TCP_USER_TIMEOUT"):
         timeout = int(1000 * patience)  # ms
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, timeout)
     return True

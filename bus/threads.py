@@ -2,9 +2,9 @@
 
 import ctypes
 import os
-import threading
+from threading import get_ident
 
-_adopted = threading.local()
+_adopted: set[int] = set()  # a thread that gets the number of an ended one is only slower
 
 
 def be_patient() -> None:
@@ -21,5 +21,6 @@ def adopt() -> None:
 
     It would be made anew for every callback, which costs 20 us and more.
     """
-    if not hasattr(_adopted, "state"):
-        _adopted.state = ctypes.pythonapi.PyGILState_Ensure()  # never released
+    if (thread := get_ident()) not in _adopted:
+        _adopted.add(thread)
+        ctypes.pythonapi.PyGILState_Ensure()  # never released

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from bus.claims import Asker
 from bus.connector import differs
 from bus.errors import BusError
-from bus.introspection import list_ports, wait_for_port
+from bus.introspection import hear_all, wait_for_port
 from bus.names import check_name
 from bus.node import Node
 from bus.packing import pack
@@ -40,7 +40,7 @@ def connect(
     if not persist:
         for name in (source, sink):
             wait_for_port(node, name, timeout)
-    _check_pair(*_standing(node, source, sink))
+    _check_pair(*_standing(node, timeout, source, sink))
     if persist:
         _wish(node, ["set", sink, source, True], timeout)
     return _ask_owner(node, "connect", source, sink, timeout)
@@ -59,7 +59,7 @@ def disconnect(
     _check_names(source, sink)
     if persist:
         _wish(node, ["set", sink, source, False], timeout)
-        reader = _standing(node, sink)[0]
+        reader = _standing(node, timeout, sink)[0]
         if reader is None or source not in reader.sources:
             return _connected(sink, reader)
     else:
@@ -89,9 +89,9 @@ def _check_names(source: str, sink: str) -> None:
     check_name(sink, "input")
 
 
-def _standing(node: Node, *names: str) -> list[Token | None]:
+def _standing(node: Node, timeout: float, *names: str) -> list[Token | None]:
     """Return the tokens of ports, None for those that do not stand."""
-    list_ports(node)  # lets a young node hear from everybody
+    hear_all(node, lambda: all(map(node.directory.owner, names)), timeout)
     return [node.directory.owner(name) for name in names]
 
 
