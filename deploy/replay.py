@@ -6,8 +6,11 @@ from typing import Any
 from bus.recording import Recording
 from deploy.errors import UsageError
 from deploy.launcher.application import Application, load_application
+from estimation.differentiation import LEAST
+from services.sensor_server.config import FilterConfig
 
 RAW = "/raw:o"
+USUAL_DELAY = FilterConfig().delay  # s
 BESIDE = ("dashboard", "recorder")  # nobody waits for them
 
 
@@ -35,8 +38,14 @@ def replay_application(
         for name in services:
             application = application.with_params(name, {"lockstep": True})
     rate = recording.ports[port].nominal_hz
-    server = {"replay": settings} | ({"rate": rate} if rate else {})
+    server = {"replay": settings} | (_sampled_at(rate) if rate else {})
     return application.with_params("sensor_server", server)
+
+
+def _sampled_at(rate: float) -> dict[str, Any]:
+    """Settings of the sensor server for frames at a rate [Hz]; slow ones need a longer window."""
+    delay = LEAST / rate  # s
+    return {"rate": rate} | ({"filter": {"delay": delay}} if delay > USUAL_DELAY else {})
 
 
 def _raw_port(recording: Recording, robot: str | None) -> str:

@@ -19,6 +19,8 @@ import numpy as np
 
 Array = np.ndarray
 
+LEAST = 3  # samples on each side: the second derivative has four moments to set right
+
 
 @dataclass(frozen=True)
 class Kernel:
@@ -34,9 +36,9 @@ class Kernel:
     delay: float
 
     def __post_init__(self) -> None:
-        if self.period <= 0.0 or round(self.delay / self.period) < 2:
+        if self.period <= 0.0 or round(self.delay / self.period) < LEAST:
             raise ValueError(
-                f"a window needs at least 2 samples on each side, got delay {self.delay} s "
+                f"a window needs at least {LEAST} samples on each side, got delay {self.delay} s "
                 f"with period {self.period} s"
             )
         object.__setattr__(self, "delay", self.side * self.period)

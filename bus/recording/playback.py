@@ -16,7 +16,8 @@ from bus.recording.reader import Port, Recording, RecordingError
 
 BURST = 500  # messages, after which requests and keys are looked at
 IDLE = 0.05  # s
-NOT_PLAYED = ("/*/acknowledged:o",)  # unless named: a lockstep is of those who are in it
+# unless named: of a lockstep's participants, and of services of which some run here too
+NOT_PLAYED = ("/*/acknowledged:o", "/*/log:o")
 
 
 def select_ports(tape: Recording, patterns: Iterable[str]) -> dict[str, Port]:

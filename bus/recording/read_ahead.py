@@ -39,7 +39,7 @@ def by_sent(messages: Iterable[Message], several: bool = True) -> Iterator[Item]
             yield item
             continue
         heapq.heappush(waiting, (item.message.sent, number, item))
-        while waiting[0][0] < arrival - SLACK:
+        while waiting and waiting[0][0] < arrival - SLACK:
             yield heapq.heappop(waiting)[2]
     while waiting:
         yield heapq.heappop(waiting)[2]
