@@ -99,6 +99,9 @@ class Actions:
             self.frozen = outcome.absent
             if outcome.absent:
                 self._show(click, "pause: no simulator, so only this page stands still", GREEN)
+            elif self.replaying and outcome.error is None:
+                at = outcome.value["position"]
+                self._show(click, f"{verb}: the recording is at {at:.1f} s", GREEN)
             else:
                 self._report(click, outcome)
 

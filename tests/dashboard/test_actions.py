@@ -152,7 +152,7 @@ def test_the_recorders_label_disturbs_no_pinned_button():
 def test_pause_is_the_players_while_a_recording_is_played(actions, panel, errands):
     errands.answers["/player/rpc:i"] = {"position": 1.0}
     actions.replaying = True
-    press(actions, panel, "pause")
+    assert "pause: the recording is at 1.0 s" in press(actions, panel, "pause")
     actions.paused = True
     press(actions, panel, "pause")
     assert [asked[:2] for asked in errands.asked] == [
