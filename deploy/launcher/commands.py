@@ -4,6 +4,7 @@ import json
 from typing import Any
 
 from bus.session import is_local
+from bus.wishes import state_directory
 from deploy.launcher.application import Application
 from deploy.launcher.parts import Service
 
@@ -15,10 +16,13 @@ class Commands:
         endpoint: The hub's.
         listen: Where the processes of this host are reached.
         insecure: Let them leave the machine without protection.
+        lasting: The namespace is used again: the hub keeps what was connected for good.
     """
 
-    def __init__(self, endpoint: str, namespace: str, listen: str, insecure: bool):
+    def __init__(self, endpoint: str, namespace: str, listen: str, insecure: bool, lasting: bool):
         self._hub = ["--listen", endpoint, "--namespace", namespace]
+        if lasting:
+            self._hub += ["--state", str(state_directory())]
         self._connection = ["--connect", endpoint, "--namespace", namespace]
         if not is_local(listen):
             self._connection += ["--listen", listen]

@@ -57,7 +57,8 @@ class Launcher:
         self._has_hub = application.hub.host == host
         services = application.services_of(host)
         self.log = Log(["hub", "launcher", *services])
-        self._commands = Commands(self.endpoint, namespace, self._listen, insecure)
+        lasting = application.hub.namespace is not None
+        self._commands = Commands(self.endpoint, namespace, self._listen, insecure, lasting)
         self.services = [self._process(name, spec) for name, spec in services.items()]
         self.hub = Process("hub", self._commands.hub(), self.log)
         self._on_ready = on_ready

@@ -1,4 +1,4 @@
-"""``wrenchbus connect``, ``disconnect``: who reads whom, changed at run time."""
+"""``wrenchbus connect``, ``disconnect``, ``connections``: who reads whom, changed at run time."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -6,7 +6,7 @@ import typer
 
 from deploy.completion import complete_port
 from deploy.options import Json, on_the_bus
-from deploy.output import print_json, print_line
+from deploy.output import print_json, print_line, print_table
 
 if TYPE_CHECKING:
     from bus import Node
@@ -38,16 +38,41 @@ def connect(
 
 
 @on_the_bus
+def connections(node: "Node", as_json: Json = False) -> None:
+    """List who reads whom, and what shall be connected for good."""
+    from bus.introspection import hear_all
+    from bus.wiring import connections as all_connections
+
+    hear_all(node)
+    rows = [connection._asdict() for connection in all_connections(node)]
+    if as_json:
+        print_json(rows)
+    else:
+        print_table(rows, ["source", "sink", "persistent"])
+
+
+@on_the_bus
 def disconnect(
-    node: "Node", source: Source, sink: Sink, persist: Persist = False, as_json: Json = False
+    node: "Node",
+    source: Source,
+    sink: Sink,
+    persist: Persist = False,
+    forget: Annotated[
+        bool, typer.Option("--forget", help="Only forget what --persist has said of the two.")
+    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Let an input read an output no more.
 
     With --persist also after a restart, even where its settings say otherwise.
     """
     from bus.wiring import disconnect as disconnect_ports
+    from bus.wiring import forget as forget_wish
     from deploy.discovery import require_port
 
+    if forget:
+        forget_wish(node, source, sink)
+        return
     if not persist:
         require_port(node, sink)
     _tell(disconnect_ports(node, source, sink, persist=persist), as_json)
