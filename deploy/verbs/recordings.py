@@ -51,6 +51,40 @@ def info(file: File, as_json: Json = False) -> None:
             print_line(f"{name}.{key}: {text}")
 
 
+def diff(
+    first: File,
+    second: Annotated[Path, typer.Argument(metavar="OTHER", help="Another recording.")],
+    ports: Ports = None,
+    as_json: Json = False,
+) -> None:
+    """Compare two recordings, message by message of one stamp; exit status 1 when they differ.
+
+    What belongs to the run aside: source, sequence, times of measurement and sending.
+    """
+    from bus.recording.difference import differences
+
+    ours, theirs = _open(first), _open(second)
+    names = ports or [
+        name
+        for name, port in ours.ports.items()
+        if port.direction == "output" and name in theirs.ports and port.count
+    ]
+    rows = [
+        {"port": name, **found._asdict()}
+        for name, found in differences(ours, theirs, names).items()
+    ]
+    if as_json:
+        print_json([{**row, "largest": _finite(row["largest"])} for row in rows])
+    else:
+        print_table(rows, list(rows[0]) if rows else ["port"])
+    raise typer.Exit(int(any(row["differing"] for row in rows)))
+
+
+def _finite(number: float) -> float | None:
+    """JSON knows no infinity, which says that something else than numbers differs."""
+    return number if number < float("inf") else None
+
+
 def export(
     file: File,
     ports: Ports = None,

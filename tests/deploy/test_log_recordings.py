@@ -2,10 +2,12 @@
 
 import csv
 import json
+import struct
 
 import numpy as np
 import pytest
 
+from bus.recording import Recording, RecordingWriter
 from deploy.main import run
 from robot_model import load_robot
 from tests.deploy.recorded import FRAMES, LATENCY, START, TICK, make_recording
@@ -96,6 +98,36 @@ def test_a_contact_that_comes_later_has_its_columns(recording, tmp_path):
     assert "subtree_wrench.l_arm.fx [N]" in rows[0]
 
 
+def changed_copy(recording, path, port, by):
+    """Copy a recording; the last number of a port's last message is larger."""
+    source, writer = Recording(recording), RecordingWriter(path, {})
+    channels = {
+        name: writer.open_channel(name, {"type": each.type, "fields": each.fields})
+        for name, each in source.ports.items()
+    }
+    messages = list(source.messages())
+    last = max(k for k, message in enumerate(messages) if message.port == port)
+    for k, message in enumerate(messages):
+        data = message.data
+        if k == last:
+            (number,) = struct.unpack("<d", data[-8:])
+            data = data[:-8] + struct.pack("<d", number + by)
+        writer.write(channels[message.port], data, message.envelope, message.arrival)
+    writer.close()
+
+
+def test_two_recordings_are_compared_port_by_port(recording, tmp_path, capsys):
+    port, other = "/icub/torques:o", tmp_path / "other.mcap"
+    assert run(["log", "diff", str(recording), str(recording)]) == 0
+    assert port in capsys.readouterr().out
+    changed_copy(recording, other, port, by=0.25)
+    assert run(["log", "diff", str(recording), str(other), "--json"]) == 1
+    rows = {row["port"]: row for row in json.loads(capsys.readouterr().out)}
+    assert rows[port]["differing"] == 1 and rows[port]["largest"] == pytest.approx(0.25)
+    assert rows["/icub/sensors:o"]["differing"] == 0
+    assert run(["log", "diff", str(recording), str(other), "/icub/sensors:o"]) == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "expected"),
     [
@@ -120,7 +152,7 @@ def test_log_without_a_verb_on_recordings_is_the_services_log(runtime_directory,
 
 
 @pytest.mark.parametrize(
-    "verb", ["info", "export", "convert", "import-yarp", "import-csv", "import-npz"]
+    "verb", ["info", "diff", "export", "convert", "import-yarp", "import-csv", "import-npz"]
 )
 def test_help_of_every_verb_on_recordings_ends_with_an_example(verb, capsys):
     assert run(["log", verb, "--help"]) == 0
