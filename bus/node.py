@@ -202,10 +202,15 @@ class Node:
         self.rpc(self._rpc_name, {}).add(verb, handler, help)
 
     def call(
-        self, port: str, verb: str, arguments: dict[str, Any] | None = None, timeout: float = 5.0
+        self,
+        port: str,
+        verb: str,
+        arguments: dict[str, Any] | None = None,
+        timeout: float = 5.0,
+        returns: Any = Any,
     ) -> Any:
         """Ask an RPC port; see `bus.rpc.call`."""
-        return call(self, port, verb, arguments, timeout)
+        return call(self, port, verb, arguments, timeout, returns)
 
     def ready(self, timeout: float = CLAIM_TIMEOUT) -> None:
         """Wait until all names are ours, then tell everybody that this service is ready.

@@ -117,8 +117,10 @@ def call(
         if not request.done:
             raise RpcTimeout(f"{port} {verb}: no answer within {timeout:g} s")
         now = time.monotonic()
-        if now >= deadline or (now >= absent_until and not _stands(node, port)):
+        if now >= absent_until and not _stands(node, port):
             raise RpcAbsent(f"nobody answers on {port}")
+        if now >= deadline:
+            raise RpcTimeout(f"{port} {verb}: its owner was not reached within {timeout:g} s")
         time.sleep(0.02)
 
 

@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NoReturn
 
 import zenoh
@@ -76,6 +77,8 @@ def _status(
 def parser(name: str, module: str = "") -> argparse.ArgumentParser:
     """Return the parser of the options that all services have."""
     program = f"python -m {module.rpartition('.')[0] or module}"
+    if module == "__main__":  # a service of one file, run as such
+        program = f"python {Path(sys.argv[0]).name}"
     result = argparse.ArgumentParser(
         prog=program, epilog=f"example: {program} --set robot=icub --log-level info"
     )
