@@ -4,7 +4,6 @@ Links 0 to 6, an inertial sensor on 5, force/torque sensors in 2 and 4, contacts
 and 3. A link with a sensor is two sub-links, B and F as the figures call them.
 """
 
-
 import numpy as np
 import pytest
 
