@@ -55,7 +55,7 @@ class SessionClock:
         self._input: Input | None = None
         self._wait, self._running = wait, running
         self._thread = threading.get_ident()  # the node's own
-        self._reading = threading.Lock()
+        self._reading = threading.RLock()  # what is read may complain, and that be stamped
 
     def follow(self, clock: "Input") -> None:
         """Take the time from an input of type Clock."""

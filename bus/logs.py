@@ -5,6 +5,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from bus.envelope import WALL
 from bus.errors import BusError
 
 if TYPE_CHECKING:
@@ -52,9 +53,9 @@ class BusLog(logging.Handler):
                 {"time_ns": stamp, "level": level, "logger": record.name, "text": text}
             )
             if self._output.standing:
-                self._output.write(
-                    LogRecord(service=self._service, level=level, logger=record.name, text=text)
-                )
+                said = LogRecord(service=self._service, level=level, logger=record.name, text=text)
+                # the session's clock is not asked: it may be what complains here
+                self._output.write(said, stamp=stamp, clock=WALL)
         except (BusError, ValueError, TypeError):
             self.handleError(record)
 

@@ -2,8 +2,10 @@
 
 import pytest
 
+from bus import Node
+from bus.clock import ClockServer
 from bus.errors import RpcError
-from bus.logs import LogRecord
+from bus.logs import BusLog, LogRecord
 from bus.testing import eventually
 
 TOY = "tests.bus.toys"
@@ -54,3 +56,19 @@ def test_the_level_is_read_and_set_at_run_time(start, node):
     assert node.call(RPC, "log")[-1]["text"] == "now heard"
     with pytest.raises(RpcError, match="expected one of debug, info, .* got 'loud'"):
         node.call(RPC, "log", {"action": "level", "value": "loud"})
+
+
+def test_a_complaint_about_the_clock_stops_nobody(hub):
+    with (
+        Node("plant", connect=hub, signals=False) as plant,
+        Node("led", connect=hub, clock_port="/plant/clock:o", signals=False) as led,
+    ):
+        clock = ClockServer(plant, "/plant/clock:o")
+        BusLog(led)
+        plant.ready()
+        led.ready()
+        clock.update(0)
+        eventually(lambda: led.clock.state == "running")
+        plant.session.put("led/clock:i", b"garbage")
+        eventually(lambda: led.wait(0.01) or led.ports.get("/led/clock:i").statistics.refused)
+        eventually(lambda: clock.update(1000) or led.clock.time == 1000)
