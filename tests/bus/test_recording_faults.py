@@ -3,6 +3,7 @@
 import errno
 import random
 import resource
+from contextlib import contextmanager
 
 import pytest
 
@@ -127,20 +128,22 @@ def test_gaps_that_a_spoilt_chunk_leaves_are_counted_as_losses(good, tmp_path):
     assert losses["lost"] == "8" and losses["recorded"] == "40"
 
 
-@pytest.fixture
+@contextmanager
 def small_disk():
-    """No file of this process grows beyond 30 kB, as on a full disk."""
+    """No file of this process grows beyond 30 kB meanwhile, as on a full disk."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-def test_a_full_disk_is_an_error_and_what_was_flushed_is_rescued(tmp_path, small_disk):
+def test_a_full_disk_is_an_error_and_what_was_flushed_is_rescued(tmp_path):
     path = tmp_path / "full.mcap"
     writer, source = RecordingWriter(path, {}), Source()
     channel, flushed = writer.open_channel("/a:o", INFO), 0
-    with pytest.raises(OSError) as error:
+    with pytest.raises(OSError) as error, small_disk():
         for k in range(10_000):
             record(writer, channel, source.message(k * 1.1), SECOND + k)
             if k % 100 == 99:
