@@ -143,14 +143,15 @@ def test_a_full_disk_is_an_error_and_what_was_flushed_is_rescued(tmp_path):
     path = tmp_path / "full.mcap"
     writer, source = RecordingWriter(path, {}), Source()
     channel, flushed = writer.open_channel("/a:o", INFO), 0
-    with pytest.raises(OSError) as error, small_disk():
-        for k in range(10_000):
-            record(writer, channel, source.message(k * 1.1), SECOND + k)
-            if k % 100 == 99:
-                writer.flush(now=True)
-                flushed = k + 1
+    with small_disk():
+        with pytest.raises(OSError) as error:
+            for k in range(10_000):
+                record(writer, channel, source.message(k * 1.1), SECOND + k)
+                if k % 100 == 99:
+                    writer.flush(now=True)
+                    flushed = k + 1
+        writer.abandon()
     assert error.value.errno in (errno.EFBIG, errno.ENOSPC)
-    writer.abandon()
     with pytest.raises(RecordingError, match="not finished, cut at byte 30000"):
         Recording(path)
     done = repair(path, tmp_path / "new.mcap")
