@@ -19,12 +19,15 @@ class SampleQueue:
 
     def push(self, item: Any) -> None:
         """Append an item, at the cost of the oldest when full."""
-        if len(self._items) >= self._depth:
-            with self._lock:
-                if len(self._items) >= self._depth:
-                    self._items.popleft()
-                    self.dropped += 1
-        self._items.append(item)
+        items = self._items
+        if len(items) < self._depth:
+            items.append(item)
+            return
+        with self._lock:
+            items.append(item)  # first, so that it never looks empty
+            if len(items) > self._depth:
+                items.popleft()
+                self.dropped += 1
 
     def pop(self) -> Any:
         """Return the oldest item, or None."""
