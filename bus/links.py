@@ -28,8 +28,10 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
         adopt()
         if event.kind != zenoh.SampleKind.PUT or not _is_tcp(event.link):
             return
-        let_go(0.0 if _stays_here(event.link) else patience)
-        reunion.began(event.link)  # also here: who was stopped may lose peers and not the hub
+        here = _stays_here(event.link)
+        let_go(0.0 if here else patience)
+        if not here:
+            reunion.began(event.link)
 
     def on_transport(event: zenoh.TransportEvent) -> None:
         adopt()

@@ -1,4 +1,4 @@
-"""Whom a cut link or a stop has parted meets again soon after it.
+"""Whom a cut link has parted meets again soon after it is whole.
 
 Zenoh dials peers when the hub's gossip tells of them, which happens when a link with the hub
 begins, and never again. So when a lost peer can be reached while the hub stayed linked, we
@@ -75,7 +75,7 @@ class Lost:
 
 
 class Reunion:
-    """Hears of the links that a session gets and loses."""
+    """Hears of the links to other machines that a session gets and loses."""
 
     def __init__(self, session: zenoh.Session):
         self._session = session

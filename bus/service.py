@@ -77,8 +77,9 @@ def _status(
 def parser(name: str, module: str = "") -> argparse.ArgumentParser:
     """Return the parser of the options that all services have."""
     program = f"python -m {module.rpartition('.')[0] or module}"
-    if module == "__main__":  # a service of one file, run as such
-        program = f"python {Path(sys.argv[0]).name}"
+    if module == "__main__":  # a service of one file
+        spec = sys.modules["__main__"].__spec__
+        program = f"python -m {spec.name}" if spec else f"python {Path(sys.argv[0]).name}"
     result = argparse.ArgumentParser(
         prog=program, epilog=f"example: {program} --set robot=icub --log-level info"
     )
