@@ -25,6 +25,7 @@ from bus.waiter import Waiter
 logger = logging.getLogger(__name__)
 
 BREATH = 0.1  # s of reading without an end
+REST = 0.05  # s without reading, after which it begins anew
 
 
 class Input:
@@ -71,7 +72,8 @@ class Input:
         self._samples = SampleQueue(depth)
         self._max_message, self._model = max_message, model
         self._complained = 0.0
-        self._reading_since = 0.0  # monotonic [s]; 0 when all was read
+        self._waiter, self._waits = waiter, 0
+        self._reading_since = self._read_at = 0.0  # monotonic [s]
         self._explained = 0
         self._meter = Meter()
         if stream == "bundled" and not polled:
@@ -101,16 +103,19 @@ class Input:
                 self._statistics.received += 1
                 return received
             self._statistics.late += 1
-        self._reading_since = 0.0
+        self._waits = -1  # all was read
         return None
 
     def _is_breathless(self) -> bool:
-        now = time.monotonic()
-        if self._reading_since and now - self._reading_since > BREATH:
-            self._reading_since = 0.0
-            return True
-        self._reading_since = self._reading_since or now
-        return False
+        """Whether the loop has been reading for long, without a wait or a rest."""
+        now, waits = time.monotonic(), self._waiter.waits
+        if waits != self._waits or now - self._read_at > REST:
+            self._waits, self._reading_since = waits, now
+        self._read_at = now
+        if waits == 0 or now - self._reading_since <= BREATH:
+            return False
+        self._reading_since = now
+        return True
 
     def newest(self) -> Received | None:
         """Return the newest of all waiting messages, or None when nothing new came."""

@@ -9,6 +9,7 @@ class Waiter:
     """Woken from any thread; several wakes before a wait count as one."""
 
     def __init__(self) -> None:
+        self.waits = 0  # so far
         self._lock = threading.Lock()
         self._lock.acquire()
 
@@ -22,4 +23,5 @@ class Waiter:
 
     def wait(self, timeout: float) -> bool:
         """Wait at most ``timeout`` and at most 0.1 s; return whether something woke us."""
+        self.waits += 1
         return self._lock.acquire(timeout=min(max(timeout, 0.0), SLICE))
