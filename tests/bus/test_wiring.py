@@ -100,6 +100,7 @@ def test_what_cannot_be_connected_is_refused_with_what_exists(start, hub, node):
     start(TOY)
     node.ready()
     with writer(hub, "/other/mixed:o", Mixed):
+        eventually(lambda: all(map(node.directory.owner, (SINK, "/other/mixed:o"))))
         with pytest.raises(BusError, match="unknown port /tow/in:i .did you mean /toy/in:i"):
             connect(node, "/toy/out:o", "/tow/in:i", timeout=0.5)
         with pytest.raises(BusError, match="carries Mixed/1, /toy/in:i reads Number/1"):
