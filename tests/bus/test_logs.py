@@ -1,5 +1,7 @@
 """What services log is collected over the bus."""
 
+from typing import Any
+
 import pytest
 
 from bus import Node
@@ -69,6 +71,11 @@ def test_a_complaint_about_the_clock_stops_nobody(hub):
         led.ready()
         clock.update(0)
         eventually(lambda: led.clock.state == "running")
+
+        def refused() -> int:
+            port: Any = led.ports.get("/led/clock:i")
+            return port.statistics.refused
+
         plant.session.put("led/clock:i", b"garbage")
-        eventually(lambda: led.wait(0.01) or led.ports.get("/led/clock:i").statistics.refused)
+        eventually(lambda: led.wait(0.01) or refused())
         eventually(lambda: clock.update(1000) or led.clock.time == 1000)
