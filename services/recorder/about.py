@@ -14,7 +14,7 @@ def about() -> dict[str, str]:
         "python": platform.python_version(),
         "host": platform.node(),
         "kernel": f"{platform.system()} {platform.release()}",
-        "cpu": f"{_processor()}, {os.cpu_count()} cores",
+        "cpu": f"{processor()}, {os.cpu_count()} cores",
         "command": " ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
     }
 
@@ -26,7 +26,8 @@ def _version() -> str:
         return "not installed"
 
 
-def _processor() -> str:
+def processor() -> str:
+    """Return the model of this machine's processor, as far as it is known."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
