@@ -1,4 +1,4 @@
-"""Links: a cut one holds up no other, and peers that were parted meet again.
+"""Links: a cut one holds up no other, and peers on other machines meet again after it.
 
 Zenoh lets ``close()`` linger for 10 s while something is unacknowledged, in the thread that
 reads all links of the session: one that was cut silences all the others until it is back

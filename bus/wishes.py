@@ -18,6 +18,8 @@ logger = logging.getLogger(__name__)
 WISHES = "@wb/hub/wishes"
 MOST = 4096  # inputs and sources; more is a mistake of somebody's
 MOST_NAMESPACES = 256
+LONGEST = 255  # characters of a name that is kept
+MAX_REQUEST = 1 << 20  # bytes
 
 Wanted = dict[str, bool]  # source to whether it is read
 
@@ -64,6 +66,8 @@ class Wishes:
         return True
 
     def _set(self, sink: str, source: str, wanted: bool) -> None:
+        if max(len(sink), len(source)) > LONGEST:
+            raise ValueError(f"a name of more than {LONGEST} characters is not kept")
         if sum(map(len, self._wishes.values())) >= MOST:
             raise ValueError(f"{MOST} connections are wished already")
         self._wishes.setdefault(sink, {})[source] = wanted
@@ -91,8 +95,11 @@ class WishServer:
 
     def _answer(self, query: zenoh.Query) -> None:
         try:
-            request = unpack(query.payload.to_bytes()) if query.payload is not None else None
-            answer = self._of(str(query.key_expr).partition("@wb")[0]).answer(request)
+            payload = query.payload
+            if payload is None or len(payload) > MAX_REQUEST:
+                raise ValueError(f"expected a request of at most {MAX_REQUEST} bytes")
+            wishes = self._of(str(query.key_expr).partition("@wb")[0])
+            answer = wishes.answer(unpack(payload.to_bytes()))
             query.reply(query.key_expr, pack(answer))
         except (ValueError, OSError, BusError) as error:
             query.reply_err(pack({"error": str(error)}))

@@ -9,7 +9,7 @@ from .table import Cell, table
 
 TITLES = ("input", "state", "Hz", "queue", "lost", "dropped", "refused")
 NOTE = (
-    "Lost: on the wire, counted from the sequence numbers. Dropped: pushed out of the input's"
+    "Lost: on the wire, counted from the sequence numbers, or seconds late. Dropped: pushed out of the input's"
     " queue by newer messages, which is how a slow reader of &quot;newest&quot; works. Refused:"
     " bad messages. Behind a name: what it reads."
 )
@@ -50,7 +50,7 @@ def _row(port: Mapping[str, Any]) -> InputRow:
         reason=port.get("reason", ""),
         hz=port.get("hz", 0.0),
         queue=_queue(port.get("queue", {})),
-        lost=count.get("lost", 0),
+        lost=count.get("lost", 0) + count.get("late", 0),
         dropped=count.get("dropped", 0),
         refused=count.get("refused", 0) + count.get("foreign", 0),
     )

@@ -148,6 +148,11 @@ def test_bad_requests_to_the_hub_are_refused(request_):
         Wishes().answer(request_)
 
 
+def test_names_without_end_are_not_kept():
+    with pytest.raises(ValueError, match="more than 255 characters"):
+        Wishes().answer(["set", f"/{'a' * 300}:i", "/b:o", True])
+
+
 def test_two_namespaces_have_wishes_of_their_own():
     with running_hub() as endpoint:
         with (
