@@ -9,9 +9,9 @@ from .table import Cell, table
 
 TITLES = ("input", "state", "Hz", "queue", "lost", "dropped", "refused")
 NOTE = (
-    "Lost: on the wire, counted from the sequence numbers, or seconds late. Dropped: pushed out of the input's"
-    " queue by newer messages, which is how a slow reader of &quot;newest&quot; works. Refused:"
-    " bad messages. Behind a name: what it reads."
+    "Lost: on the wire, counted from the sequence numbers, or seconds late. Dropped: pushed out"
+    " of the input's queue by newer messages, which is how a slow reader of &quot;newest&quot;"
+    " works. Refused: bad messages. Behind a name: what it reads."
 )
 
 
