@@ -5,11 +5,11 @@ from collections.abc import Callable, Sequence
 
 from bus.clock import SessionClock
 from bus.envelope import Received
-from bus.session import LEASE
 
 PERIODS = 10  # a stream is stale after so many nominal periods without a message ...
 LEAST = 0.02  # ... but not before this many seconds
 LATE = 0.1  # s beyond the usual delay after which a message is old news, though it has just come
+TOO_LATE = 1.0  # s beyond it after which nobody wants to read it
 _MEMORY = 5_000_000_000  # ns; the usual delay is the least of the last one or two of these
 
 
@@ -68,12 +68,12 @@ class Freshness:
     def arrived(self, received: Received) -> bool:
         """Note a message; return whether it is worth reading.
 
-        What comes so late that its writer had given us up was kept for us by the
-        system while we were stopped: fresh data are behind it.
+        What comes very late was kept for us by the system while we were stopped: fresh
+        data are behind it.
         """
         envelope = received.envelope
         self._lateness.arrived(envelope.source, envelope.sent, received.arrival)
-        if self._lateness.seconds > LEASE and not self._clock.lockstep:
+        if self._lateness.seconds > TOO_LATE and not self._clock.lockstep:
             return False
         self._arrival = received.arrival
         return True

@@ -1,4 +1,4 @@
-"""Links: a cut one holds up no other, and peers on other machines meet again after it.
+"""Links: a cut one holds up no other, and peers that lost each other meet again.
 
 Zenoh lets ``close()`` linger for 10 s while something is unacknowledged, in the thread that
 reads all links of the session: one that was cut silences all the others until it is back
@@ -9,8 +9,8 @@ setting changes that, but the sockets are ours.
 import zenoh
 from zenoh.handlers import Callback
 
-from bus.reunion import Reunion
-from bus.sockets import endpoint_address, let_go
+from bus.reunion import Reunion, stays_here
+from bus.sockets import let_go
 from bus.threads import adopt
 
 
@@ -28,10 +28,8 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
         adopt()
         if event.kind != zenoh.SampleKind.PUT or not _is_tcp(event.link):
             return
-        here = _stays_here(event.link)
-        let_go(0.0 if here else patience)
-        if not here:
-            reunion.began(event.link)
+        let_go(0.0 if stays_here(event.link) else patience)
+        reunion.began(event.link)
 
     def on_transport(event: zenoh.TransportEvent) -> None:
         adopt()
@@ -45,8 +43,3 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
 
 def _is_tcp(link: zenoh.Link) -> bool:
     return link.dst.startswith(("tcp/", "tls/"))
-
-
-def _stays_here(link: zenoh.Link) -> bool:
-    """Whether a link does not leave this machine: nothing can be cut then."""
-    return endpoint_address(link.src)[0] == endpoint_address(link.dst)[0]

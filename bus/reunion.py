@@ -1,81 +1,31 @@
-"""Whom a cut link has parted meets again soon after it is whole.
+"""Whom a cut link, or a stop, has parted meets again soon after.
 
 Zenoh dials peers when the hub's gossip tells of them, which happens when a link with the hub
 begins, and never again. So when a lost peer can be reached while the hub stayed linked, we
 leave the hub and join it anew; that takes a tenth of a second, in which no other link changes.
 When the hub was lost too, Zenoh dials it, but waits a second and more for an answer to what it
 sent into the cut link; we let it dial again as soon as somebody answers us.
+
+On one machine nothing is cut, but a process that was stopped for about the lease can be given
+up by its peers and not by the hub; the hub is asked whether it still has it. (Whether its
+address answers says nothing there: ports are used again.)
 """
 
-import socket
 import threading
 import time
 from contextlib import suppress
 
 import zenoh
 
+from bus.lost import Look, Lost, LostElsewhere, LostHere
 from bus.sockets import abandon_dials, close_connection, endpoint_address
 
 FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # s between looks for a peer, soon after its loss and later
-PROBE = 0.15  # s for a connection to be accepted
 GOSSIP = 0.3  # s after which the hub's gossip of a new link has had its effect
-DOUBT = 1.0  # s; who could be reached all the time may only be stopped, and comes by itself
-ATTEMPTS = 5  # per lost peer, after 1, 2, 4 ... s
-
-
-class Lost:
-    """A peer that is not linked any more, though it may still be there.
-
-    Args:
-        addresses: The far ends of the links with it. Those that it had dialled are of no use;
-            they refuse.
-    """
-
-    def __init__(self, addresses: set[tuple[str, int]]):
-        self.since = time.monotonic()
-        self.cut = False  # it could not be reached at some time
-        self.back: float | None = None  # when it could be reached again
-        self._addresses = addresses
-        self._attempts = 0
-        self._not_before = 0.0
-
-    def look(self, silent: set[str]) -> bool:
-        """Try to reach it, unless its machine is among the silent ones, which grow.
-
-        Return whether it still exists, as far as one can tell.
-        """
-        for address in list(self._addresses):
-            if address[0] in silent:
-                continue
-            try:
-                socket.create_connection(address, PROBE).close()
-            except ConnectionRefusedError:
-                self._addresses.discard(address)
-            except OSError:
-                silent.add(address[0])
-                self.cut, self.back = True, None
-            else:
-                self.back = self.back or time.monotonic()
-                return True
-        return bool(self._addresses)
-
-    @property
-    def waits(self) -> bool:
-        """Whether it can be reached, and nobody but us will bring us together."""
-        now = time.monotonic()
-        if self.back is None or now < self._not_before:
-            return False
-        return self.cut or now > self.back + DOUBT
-
-    def attempted(self) -> bool:
-        """Note that the hub was joined anew for it; return whether that was the last time."""
-        self._attempts += 1
-        self._not_before = time.monotonic() + 2 ** (self._attempts - 1)
-        return self._attempts >= ATTEMPTS
 
 
 class Reunion:
-    """Hears of the links to other machines that a session gets and loses."""
+    """Hears of the links that a session gets and loses."""
 
     def __init__(self, session: zenoh.Session):
         self._session = session
@@ -98,10 +48,15 @@ class Reunion:
         if not links:
             return
         with self._lock:
-            self._lost[peer] = Lost({endpoint_address(link.dst) for link in links})
+            self._lost[peer] = self._describe(peer, links)
             if not self._watching:
                 self._watching = True
                 threading.Thread(target=self._watch, daemon=True, name="reunion").start()
+
+    def _describe(self, peer: str, links: list[zenoh.Link]) -> Lost:
+        if not all(map(stays_here, links)):
+            return LostElsewhere({endpoint_address(link.dst) for link in links})
+        return LostHere(peer, len(self._links) / (len(self._links) + len(self._lost) + 1))
 
     def _watch(self) -> None:
         while self._any_lost() and not self._session.is_closed():
@@ -118,10 +73,10 @@ class Reunion:
 
     def _look(self) -> None:
         linked = {str(peer) for peer in self._session.info.peers_zid()}
-        silent: set[str] = set()
+        look = Look(self._session)
         for peer, lost in list(self._lost.items()):
             was_back = lost.back
-            if peer in linked or not lost.look(silent):
+            if peer in linked or not lost.look(look):
                 self._lost.pop(peer, None)
             elif lost.waits and self._rejoin() and lost.attempted():
                 self._lost.pop(peer, None)
@@ -136,3 +91,8 @@ class Reunion:
                 ends = [(endpoint_address(link.src), endpoint_address(link.dst)) for link in links]
                 return any(close_connection(own, other) for own, other in ends)
         return False
+
+
+def stays_here(link: zenoh.Link) -> bool:
+    """Whether a link does not leave this machine: nothing can be cut then."""
+    return endpoint_address(link.src)[0] == endpoint_address(link.dst)[0]

@@ -6,6 +6,7 @@ import time
 import pytest
 
 from bus import NameTaken, Node, RpcTimeout
+from bus.sockets import close_connection, endpoint_address
 from bus.testing import eventually
 from tests.bus.messages import Number
 from tests.bus.proxy import Cable
@@ -134,3 +135,21 @@ def test_of_two_owners_that_a_cut_has_parted_the_later_one_stays(cable, node, fa
     node.wait(0.05)
     assert second.standing and not first.standing
     eventually(lambda: node.directory.leader("/contested/x:o") == second.source)
+
+
+def test_peers_that_only_lost_each_other_meet_again(hub, node):
+    """As after a stop for about the lease, when the hub still has both."""
+    with Node("other", connect=hub, signals=False) as other:
+        out = other.output("/other/out:o", Number)
+        inp = node.input("/test/in:i", Number, source="/other/out:o")
+        other.ready()
+        node.ready()
+        eventually(lambda: out.matched and node.directory.leader("/other/out:o"))
+        peer = str(other.session.zid())
+        links = [link for link in node.session.info.links() if str(link.zid) == peer]
+        for link in links:
+            assert close_connection(endpoint_address(link.src), endpoint_address(link.dst))
+        eventually(lambda: not out.matched)
+        eventually(lambda: out.matched and node.directory.leader("/other/out:o"))
+        out.write(Number(value=1.0))
+        assert eventually(inp.read).data.value == 1.0
