@@ -8,7 +8,6 @@ import zenoh
 
 from bus.claims import PEERS
 from bus.rpc import Request
-from bus.sockets import endpoint_address
 
 PROBE = 0.15  # s for a connection to be accepted
 DOUBT = 1.0  # s; who was not cut off may only be stopped, and come by itself
