@@ -28,6 +28,8 @@ from bus.stream import THINNED_HZ
 from bus.tokens import Owner, Token
 from bus.waiter import SLICE, Waiter
 
+YOUTH = 0.06  # s; Zenoh keeps for good what a session dials while it closes
+
 
 class Node:
     """One service's place on the bus; use it in a ``with`` statement.
@@ -278,6 +280,7 @@ class Node:
             callback()
         for part in self._parts:
             part.close()
+        time.sleep(max(0.0, self.opened_at + YOUTH - time.monotonic()))
         self.session.close()
         if self._signals:
             stop_flag.uninstall()

@@ -4,13 +4,16 @@ import os
 import socket
 import stat
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from contextlib import suppress
 from pathlib import Path
 
 DESCRIPTORS = Path("/proc/self/fd")  # Linux; elsewhere nothing is found
 SYN_SENT = 2  # <netinet/tcp.h>
 LINGER = struct.Struct("ii")  # struct linger: on, seconds
+MOST_RELEASED = 4096
+
+_released: set[int] = set()  # inodes of the connections that linger no more
 
 
 def endpoint_address(endpoint: str) -> tuple[str, int]:
@@ -26,7 +29,14 @@ def let_go(patience: float) -> int:
         patience: After so many seconds without an acknowledgement the kernel gives a
             connection up, instead of sending what is old by then; 0: never.
     """
-    return _each(lambda connection: _lingers(connection) and _set(connection, patience))
+
+    def release(connection: socket.socket) -> bool:
+        _released.add(os.fstat(connection.fileno()).st_ino)
+        return _lingers(connection) and _set(connection, patience)
+
+    if len(_released) > MOST_RELEASED:
+        _released.clear()
+    return _each(release, _released)
 
 
 def close_connection(own: tuple[str, int], other: tuple[str, int]) -> bool:
@@ -53,17 +63,18 @@ def abandon_dials() -> int:
     return _each(abandon)
 
 
-def _each(action: Callable[[socket.socket], bool]) -> int:
-    """Do something to every connection; return how often it was done."""
+def _each(action: Callable[[socket.socket], bool], but: Container[int] = ()) -> int:
+    """Do something to every connection but those inodes; return how often it was done."""
     if not DESCRIPTORS.is_dir():
         return 0
-    return sum(_try(int(name), action) for name in os.listdir(DESCRIPTORS))
+    return sum(_try(int(name), action, but) for name in os.listdir(DESCRIPTORS))
 
 
-def _try(descriptor: int, action: Callable[[socket.socket], bool]) -> bool:
+def _try(descriptor: int, action: Callable[[socket.socket], bool], but: Container[int]) -> bool:
     """Do it to one descriptor, which may be closed, or become another, at any time."""
     with suppress(OSError):
-        if stat.S_ISSOCK(os.fstat(descriptor).st_mode):
+        status = os.fstat(descriptor)
+        if stat.S_ISSOCK(status.st_mode) and status.st_ino not in but:
             with socket.socket(fileno=os.dup(descriptor)) as connection:
                 if connection.family in (socket.AF_INET, socket.AF_INET6):
                     return connection.type == socket.SOCK_STREAM and action(connection)

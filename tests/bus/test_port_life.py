@@ -168,3 +168,12 @@ def test_a_port_is_closed_while_it_is_written_to(hub):
         writer.close()
     thread.join(CLOSED_SOON)
     assert told.is_set()
+
+
+def test_nodes_that_are_closed_at_once_are_gone(hub, node):
+    """Zenoh keeps for good what a session dials while it closes."""
+    node.ready()
+    before = {str(peer) for peer in node.session.info.peers_zid()}
+    for k in range(10):
+        Node(f"brief{k}", connect=hub, signals=False).close()
+    eventually(lambda: {str(peer) for peer in node.session.info.peers_zid()} <= before)
