@@ -10,7 +10,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.system, pytest.mark.timeout(900)]
 
 # slow motion: a browser that draws in software leaves little to the services
 PLANT = ("--set", "profile=ideal", "--set", "scenario=quiet", "--set", "speed=0.2")
-PAGE = ("--set", "push_duration=3.0", "--set", "scene_rate=5")  # simulated s, Hz
+PAGE = ("--set", "push_duration=1.5", "--set", "scene_rate=5")  # simulated s, Hz
 LEFT_FOREARM = r"^contact: l_forearm [0-9.]+ N p=[01]\.\d\d$"
 
 

@@ -29,7 +29,6 @@ def assert_ends(stack: Stack, number: signal.Signals, names: Iterable[str]) -> N
 
 def test_sigint_ends_every_process_cleanly(robot: Robot):
     with Stack(robot) as stack:
-        stack.await_whole()
         assert_ends(stack, signal.SIGINT, stack.processes)
 
 
