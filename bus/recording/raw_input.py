@@ -10,7 +10,6 @@ from bus.names import key_of, stream_key
 from bus.receivers import Poll
 from bus.sample_queue import SampleQueue
 from bus.session import MAX_MESSAGE
-from bus.stream import THINNED_HZ
 
 RING = 4096  # bundles of 4 ms, or messages, that wait for us in Zenoh: 16 s, 32 MB at 2 MB/s
 DEPTH = 65536  # messages, between two reads
@@ -19,8 +18,8 @@ DEPTH = 65536  # messages, between two reads
 class RawInput:
     """Reads an output's stream, or what is written to an input directly.
 
-    Fast outputs are read in bundles. Of slow ones a message could lie in an open bundle
-    until the next one comes, which may be never.
+    Outputs with a rate are read in bundles, which share packets where a link is slow. Of
+    events a message could lie in an open bundle until the next one comes, which may be never.
 
     Args:
         session: Of a node.
@@ -32,7 +31,7 @@ class RawInput:
     def __init__(self, session: Any, directory: Directory, name: str, rate: float):
         self.refused = self.foreign = 0
         self.owner: bytes | None = None  # the last one that was seen; it may have left since
-        self.bundled = name.endswith(":o") and rate >= THINNED_HZ
+        self.bundled = name.endswith(":o") and rate > 0.0
         self._owned = name.endswith(":o")
         self._heeded: bytes | None = None
         self._samples = SampleQueue(DEPTH)
