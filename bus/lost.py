@@ -2,6 +2,7 @@
 
 import socket
 import time
+from abc import ABC, abstractmethod
 from functools import cached_property
 
 import zenoh
@@ -31,10 +32,11 @@ class Look:
         deadline = time.monotonic() + 2.0 * ANSWER
         while not request.done and time.monotonic() < deadline:
             request.wait(0.1)
-        return set(request.values[0]) if request.values else None
+        answer = request.values[0] if request.values else None
+        return set(map(str, answer)) if isinstance(answer, list) else None
 
 
-class Lost:
+class Lost(ABC):
     """A peer that is not linked any more, though it may still be there."""
 
     def __init__(self) -> None:
@@ -43,9 +45,9 @@ class Lost:
         self._attempts = 0
         self._not_before = 0.0
 
+    @abstractmethod
     def look(self, look: Look) -> bool:
         """Try to find it; return whether it still exists, as far as one can tell."""
-        raise NotImplementedError
 
     @property
     def waits(self) -> bool:
