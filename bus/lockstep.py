@@ -36,15 +36,24 @@ class Participant:
     def __init__(self, node: "Node", enabled: bool):
         port = acknowledgement_port(node.name)
         self._output = node.output(port, Acknowledgement) if enabled else None
+        self._done = 0
 
     @property
     def enabled(self) -> bool:
         """Whether the plant waits for this service."""
         return self._output is not None
 
+    def now(self) -> tuple[int, int]:
+        """Return the last stamp that is done [ns], 0 before the first, and its clock.
+
+        The clock may be a tick ahead of the data, which then are on their way.
+        """
+        return self._done, SIMULATED
+
     def acknowledge(self, stamp: int) -> None:
         """Tell the plant that a stamp [ns] is done; after its output, when one is due."""
         if self._output is not None:
+            self._done = stamp
             self._output.write(Acknowledgement(), stamp=stamp, clock=SIMULATED)
 
 
@@ -62,7 +71,8 @@ class Join:
     def wait(self, stamp: int) -> None:
         """Read each input until its message for a stamp [ns] has come; at most 2 s.
 
-        A stream of N Hz has a message for the first stamp of each 1/N s.
+        A stream of N Hz has a message for the first stamp of each 1/N s. What is stamped 0
+        was said before the first tick.
         """
         for port in self._inputs:
             port.newest()
@@ -85,7 +95,7 @@ class Join:
             return True  # there is nothing to wait for
         rate = max(owner.rate for owner in owners)
         period = int(1e9 / rate) if rate else 0
-        due = stamp // period * period if period else 0
+        due = max(stamp // period * period if period else 0, 1)
         return port.latest is not None and due <= port.latest.envelope.stamp <= stamp
 
     def _miss(self, port: "Input", stamp: int) -> None:

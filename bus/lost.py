@@ -1,6 +1,7 @@
 """Peers that a session is not linked with any more, and whether they are still there."""
 
 import socket
+import threading
 import time
 from abc import ABC, abstractmethod
 from functools import cached_property
@@ -14,6 +15,11 @@ PROBE = 0.15  # s for a connection to be accepted
 DOUBT = 1.0  # s; who was not cut off may only be stopped, and come by itself
 ATTEMPTS = 5  # per lost peer, after 1, 2, 4 ... s
 ANSWER = 1.0  # s for the hub to say whom it has
+
+
+def is_used(session: zenoh.Session) -> bool:
+    """Whether somebody still wants a session: it is not closed, nor the process at its end."""
+    return not session.is_closed() and threading.main_thread().is_alive()
 
 
 class Look:
@@ -30,7 +36,7 @@ class Look:
             return set()
         request = Request(self._session, PEERS, b"", ANSWER)
         deadline = time.monotonic() + 2.0 * ANSWER
-        while not request.done and time.monotonic() < deadline:
+        while not request.done and time.monotonic() < deadline and is_used(self._session):
             request.wait(0.1)
         answer = request.values[0] if request.values else None
         return set(map(str, answer)) if isinstance(answer, list) else None

@@ -134,7 +134,7 @@ class Node:
         """
         direct = name.endswith(":i")
         check_name(name, "" if direct else "output")
-        arguments = (rate or 0.0, model, dimensions, reliable, max_message, self.clock.now)
+        arguments = (rate or 0.0, model, dimensions, reliable, max_message, self._now)
         if direct:
             return Output(self.session, name, message_type, *arguments)
         self.ports.check_free(name)
@@ -313,6 +313,10 @@ class Node:
     def _prepare(self) -> None:
         for callback in self.on_ready:
             callback()
+
+    def _now(self) -> tuple[int, int]:
+        """Return the stamp [ns], and its clock, of what is not derived from a message."""
+        return self.lockstep.now() if self.lockstep.enabled else self.clock.now()
 
     def _exists(self, name: str) -> bool:
         return self.directory.leader(name) is not None

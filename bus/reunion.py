@@ -9,6 +9,8 @@ sent into the cut link; we let it dial again as soon as somebody answers us.
 On one machine nothing is cut, but a process that was stopped for about the lease can be given
 up by its peers and not by the hub; the hub is asked whether it still has it. (Whether its
 address answers says nothing there: ports are used again.)
+
+The thread that looks is no daemon: one that Python's end finds in Zenoh brings the process down.
 """
 
 import threading
@@ -17,10 +19,11 @@ from contextlib import suppress
 
 import zenoh
 
-from bus.lost import Look, Lost, LostElsewhere, LostHere
+from bus.lost import Look, Lost, LostElsewhere, LostHere, is_used
 from bus.sockets import abandon_dials, close_connection, endpoint_address
 
 FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # s between looks for a peer, soon after its loss and later
+SLICE = 0.05  # s between looks at whether we are to end
 GOSSIP = 0.3  # s after which the hub's gossip of a new link has had its effect
 
 
@@ -51,7 +54,7 @@ class Reunion:
             self._lost[peer] = self._describe(peer, links)
             if not self._watching:
                 self._watching = True
-                threading.Thread(target=self._watch, daemon=True, name="reunion").start()
+                threading.Thread(target=self._watch, name="reunion").start()
 
     def _describe(self, peer: str, links: list[zenoh.Link]) -> Lost:
         if not all(map(stays_here, links)):
@@ -59,12 +62,19 @@ class Reunion:
         return LostHere(peer, len(self._links) / (len(self._links) + len(self._lost) + 1))
 
     def _watch(self) -> None:
-        while self._any_lost() and not self._session.is_closed():
+        while self._any_lost() and is_used(self._session):
             oldest = min((lost.since for lost in list(self._lost.values())), default=0.0)
             elapsed = time.monotonic() - oldest
-            time.sleep(min(FIRST_PAUSE + 0.02 * elapsed, LAST_PAUSE))
-            with suppress(zenoh.ZError):  # closed meanwhile
-                self._look()
+            if self._rested(min(FIRST_PAUSE + 0.02 * elapsed, LAST_PAUSE)):
+                with suppress(zenoh.ZError):  # closed meanwhile
+                    self._look()
+
+    def _rested(self, pause: float) -> bool:
+        """Wait; return whether the session is still used then."""
+        until = time.monotonic() + pause
+        while (used := is_used(self._session)) and time.monotonic() < until:
+            time.sleep(SLICE)
+        return used
 
     def _any_lost(self) -> bool:
         with self._lock:

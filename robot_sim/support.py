@@ -25,6 +25,8 @@ def announce_support(node: Node, robot: str, support: str, answer: dict) -> Pend
         for owner in node.directory.services():
             if owner.service == node.name:
                 continue
+            if not node.running:
+                break
             try:
                 if _set_support(node, owner.service, robot, support):
                     told.append(owner.service)
@@ -33,7 +35,7 @@ def announce_support(node: Node, robot: str, support: str, answer: dict) -> Pend
                 logger.warning("%s does not know of its support: %s", owner.service, error)
         pending.reply({**answer, "support": support, "told": told, "refused": refused})
 
-    threading.Thread(target=announce, name="support", daemon=True).start()
+    threading.Thread(target=announce, name="support").start()
     return pending
 
 

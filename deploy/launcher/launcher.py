@@ -140,7 +140,7 @@ class Launcher:
         if not others:
             return own
         pending = Pending()
-        threading.Thread(target=lambda: pending.reply(own + others.status()), daemon=True).start()
+        threading.Thread(target=lambda: pending.reply(own + others.status())).start()
         return pending
 
     def _down(self, others: OtherHosts) -> dict[str, Any]:

@@ -9,7 +9,8 @@ import sys
 import threading
 import time
 
-from bus import Node, Pending
+from bus import Node, Pending, reunion
+from bus.testing import eventually
 from tests.bus.messages import Number
 
 
@@ -107,6 +108,16 @@ def daemon_thread_reads(endpoint):
             node.wait(1.0)
 
     threading.Thread(target=read, daemon=True).start()
+
+
+def looks_for_a_lost_peer(endpoint):
+    """Falls off main while a thread of the session's asks Zenoh without a pause."""
+    reunion.FIRST_PAUSE = reunion.LAST_PAUSE = 0.0
+    node = opened(endpoint)
+    with Node("lost", connect=endpoint) as lost:
+        peer = str(lost.session.zid())
+        eventually(lambda: peer in map(str, node.session.info.peers_zid()))
+    eventually(lambda: "reunion" in [thread.name for thread in threading.enumerate()])
 
 
 def writes_until_the_end(endpoint):

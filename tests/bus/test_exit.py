@@ -48,6 +48,7 @@ def finish(process, case):
         ("keyboard_interrupt", -signal.SIGINT, "KeyboardInterrupt"),
         ("signal_in_a_call", 1, "asked to end while waiting for /ending/extra/rpc:i"),
         ("daemon_thread_reads", 0, ""),
+        ("looks_for_a_lost_peer", 0, ""),
         ("writes_until_the_end", 0, ""),
         ("without_a_hub", 1, "no hub at tcp/127.0.0.1:9 answered within 0.3 s"),
     ],

@@ -54,6 +54,28 @@ def test_after_a_reset_the_messages_of_the_former_run_do_not_count(pair):
     late.join()
 
 
+def test_what_was_said_before_the_first_tick_does_not_count(pair):
+    port, join, out = pair
+    out.write(Number(value=0.0), stamp=0, valid=False, reason="no data yet")
+    eventually(lambda: port.newest() is not None)
+    late = threading.Timer(0.2, write, (out, [1 * MS]))
+    late.start()
+    join.wait(1 * MS)
+    assert port.latest.envelope.stamp == 1 * MS
+    late.join()
+
+
+def test_who_has_no_measurement_speaks_of_the_last_stamp_that_was_done(hub: str):
+    with Node("participant", connect=hub, lockstep=True, signals=False) as node:
+        out = node.output("/participant/x:o", Number)
+        port = node.input("/participant/x:i", Number, "/participant/x:o", depth=4)
+        node.ready()
+        out.write(Number(value=0.0))
+        node.acknowledge(3 * MS)
+        out.write(Number(value=0.0))
+        assert [eventually(port.read).envelope.stamp for _ in range(2)] == [0, 3 * MS]
+
+
 def test_a_writer_that_does_not_take_part_is_named_once_and_not_waited_for_again(pair, caplog):
     port, join, out = pair
     join.wait(4 * MS)

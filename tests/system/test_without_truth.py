@@ -18,8 +18,9 @@ from tests.system.stack import MODULES, STREAMS, Stack
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 TICKS = 200
+OF_SILENCE = ("no data on", "nobody writes")
 PARTICIPANTS = [name for name in MODULES if name not in ("robot_sim", "dashboard")]
-Record = dict[str, dict[int, Any]]  # data by stream and stamp
+Record = dict[str, dict[int, Any]]  # data and reason by stream and stamp
 
 
 def settings(truth: bool) -> dict[str, list[str]]:
@@ -48,8 +49,8 @@ def run(robot: Robot, truth: bool) -> Record:
                 for key, port in inputs.items():
                     while (received := port.read()) is not None:
                         envelope = received.envelope
-                        if not envelope.reason.startswith(("no data on", "nobody writes")):
-                            record[key][envelope.stamp] = (received.data, envelope.valid)
+                        if not any(words in envelope.reason for words in OF_SILENCE):
+                            record[key][envelope.stamp] = (received.data, envelope.reason)
                 return TICKS * 1_000_000 in record["torques"]
 
             stack.until(complete, lambda: "the last torques do not come")
@@ -71,8 +72,8 @@ def difference(ours: Mapping[int, Any], theirs: Mapping[int, Any]) -> float:
     """Return the largest difference of any array at any stamp that both have."""
     largest = 0.0
     for stamp in set(ours) & set(theirs):
-        (one, one_valid), (other, other_valid) = ours[stamp], theirs[stamp]
-        assert one_valid == other_valid, stamp
+        (one, one_reason), (other, other_reason) = ours[stamp], theirs[stamp]
+        assert one_reason == other_reason, stamp
         for field in fields(one):
             a, b = getattr(one, field.name), getattr(other, field.name)
             if isinstance(a, np.ndarray) and a.size:
