@@ -6,12 +6,22 @@ reads all links of the session: one that was cut silences all the others until i
 setting changes that, but the sockets are ours.
 """
 
+import time
+
 import zenoh
 from zenoh.handlers import Callback
 
+from bus.lost import Look
 from bus.reunion import Reunion, stays_here
-from bus.sockets import let_go
+from bus.sockets import endpoint_address, let_go, unlinked
 from bus.threads import adopt
+
+YOUTH = 1.0  # s; older sessions have met everybody
+QUIET = 0.03  # s without a dial, once one was to be expected
+TICK = 0.002  # s between looks
+LONGEST_DIAL = 0.5  # s
+
+_hopeless: set[int] = set()  # inodes of connections of which no link comes
 
 
 def look_after_links(session: zenoh.Session, patience: float) -> None:
@@ -28,7 +38,8 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
         adopt()
         if event.kind != zenoh.SampleKind.PUT or not _is_tcp(event.link):
             return
-        let_go(0.0 if stays_here(event.link) else patience)
+        own, other = endpoint_address(event.link.src), endpoint_address(event.link.dst)
+        let_go(own, other, 0.0 if stays_here(event.link) else patience)
         reunion.began(event.link)
 
     def on_transport(event: zenoh.TransportEvent) -> None:
@@ -39,6 +50,37 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
     info = session.info  # the end of a link that failed is told as that of its transport only
     info.declare_transport_events_listener(Callback(on_transport, indirect=False), history=True)
     info.declare_link_events_listener(Callback(on_link, indirect=False), history=True)
+
+
+def settle(session: zenoh.Session, opened_at: float) -> None:
+    """Wait until a session dials nobody, so that it can be closed.
+
+    What it dials while it closes Zenoh keeps for good: a ghost that is linked with others,
+    and dials newcomers. A session dials the hub, and then those of whom the hub tells before
+    it answers anything; a connection of which no link has been made is such a dial.
+
+    Args:
+        opened_at: When the session was open, monotonic [s].
+    """
+    if time.monotonic() < opened_at + YOUTH:
+        _hear_hub(session)
+    begin = quiet_from = time.monotonic()
+    while (now := time.monotonic()) < begin + LONGEST_DIAL:
+        if unlinked() - _hopeless:
+            quiet_from = now + QUIET
+        elif now >= quiet_from:
+            return
+        time.sleep(TICK)
+    _hopeless.update(unlinked())
+
+
+def _hear_hub(session: zenoh.Session) -> None:
+    """Wait until a new session has heard of others, if there is a hub."""
+    deadline = time.monotonic() + LONGEST_DIAL
+    while not list(session.info.routers_zid()) and time.monotonic() < deadline:
+        time.sleep(TICK)
+    _ = Look(session).at_hub
+    time.sleep(QUIET)
 
 
 def _is_tcp(link: zenoh.Link) -> bool:

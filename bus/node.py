@@ -15,6 +15,7 @@ from bus.errors import BusError
 from bus.freshness import Freshness
 from bus.information import InformationServer
 from bus.input import Input
+from bus.links import settle
 from bus.lockstep import Participant
 from bus.names import StreamKind, check_name
 from bus.output import MAX_MESSAGE, Output
@@ -27,8 +28,6 @@ from bus.signals import stop_flag
 from bus.stream import THINNED_HZ
 from bus.tokens import Owner, Token
 from bus.waiter import SLICE, Waiter
-
-YOUTH = 0.06  # s; Zenoh keeps for good what a session dials while it closes
 
 
 class Node:
@@ -71,7 +70,6 @@ class Node:
         self._closed = self._stopped = False
         self._closing = threading.Lock()
         self._parts: list[Any] = []
-        self.opened_at = time.monotonic()
         self._waiter = Waiter()
         self._servers: list[RpcServer] = []
         self.on_ready: list[Callable[[], None]] = []
@@ -82,6 +80,7 @@ class Node:
         self.session = open_session(
             "peer", [endpoint], [listen or LOOPBACK], self.namespace, zenoh_config, insecure
         )
+        self.opened_at = time.monotonic()
         _close_before_joining_threads(self)
         self._signals = signals and stop_flag.install()
         try:
@@ -280,7 +279,7 @@ class Node:
             callback()
         for part in self._parts:
             part.close()
-        time.sleep(max(0.0, self.opened_at + YOUTH - time.monotonic()))
+        settle(self.session, self.opened_at)
         self.session.close()
         if self._signals:
             stop_flag.uninstall()

@@ -13,37 +13,58 @@ SYN_SENT = 2  # <netinet/tcp.h>
 LINGER = struct.Struct("ii")  # struct linger: on, seconds
 MOST_RELEASED = 4096
 
+Address = tuple[str, int]  # host, port
+
 _released: set[int] = set()  # inodes of the connections that linger no more
 
 
-def endpoint_address(endpoint: str) -> tuple[str, int]:
+def endpoint_address(endpoint: str) -> Address:
     """Return host and port of ``tcp/HOST:PORT``."""
     host, _, port = endpoint.partition("/")[2].partition("#")[0].rpartition(":")
     return host.strip("[]"), int(port)
 
 
-def let_go(patience: float) -> int:
-    """Let no connection linger when it is closed; return of how many that is new.
+def let_go(own: Address, other: Address, patience: float) -> bool:
+    """Let the connection between two addresses not linger when it is closed.
 
     Args:
-        patience: After so many seconds without an acknowledgement the kernel gives a
+        patience: After so many seconds without an acknowledgement the kernel gives the
             connection up, instead of sending what is old by then; 0: never.
+
+    Returns:
+        Whether that is new; False when there is none.
     """
 
     def release(connection: socket.socket) -> bool:
-        _released.add(os.fstat(connection.fileno()).st_ino)
+        if not _joins(connection, own, other):
+            return False
+        _released.add(_inode(connection))
         return _lingers(connection) and _set(connection, patience)
 
     if len(_released) > MOST_RELEASED:
         _released.clear()
-    return _each(release, _released)
+    return _each(release, _released) > 0
 
 
-def close_connection(own: tuple[str, int], other: tuple[str, int]) -> bool:
+def unlinked() -> set[int]:
+    """Return the inodes of connections that linger: Zenoh's, of which no link was made yet."""
+    found: set[int] = set()
+
+    def look(connection: socket.socket) -> bool:
+        connection.getpeername()  # raises where it is not connected
+        if lingers := _lingers(connection):
+            found.add(_inode(connection))
+        return lingers
+
+    _each(look, _released)
+    return found
+
+
+def close_connection(own: Address, other: Address) -> bool:
     """End the connection between two addresses, as if the other side had; return if it was."""
 
     def end(connection: socket.socket) -> bool:
-        found = connection.getsockname()[:2] == own and connection.getpeername()[:2] == other
+        found = _joins(connection, own, other)
         if found:
             connection.shutdown(socket.SHUT_RDWR)
         return found
@@ -79,6 +100,14 @@ def _try(descriptor: int, action: Callable[[socket.socket], bool], but: Containe
                 if connection.family in (socket.AF_INET, socket.AF_INET6):
                     return connection.type == socket.SOCK_STREAM and action(connection)
     return False
+
+
+def _joins(connection: socket.socket, own: Address, other: Address) -> bool:
+    return connection.getsockname()[:2] == own and connection.getpeername()[:2] == other
+
+
+def _inode(connection: socket.socket) -> int:
+    return os.fstat(connection.fileno()).st_ino
 
 
 def _lingers(connection: socket.socket) -> bool:

@@ -1,11 +1,19 @@
 """What is done to Zenoh's sockets behind its back."""
 
 import errno
+import os
 import socket
 
 import pytest
 
-from bus.sockets import LINGER, abandon_dials, close_connection, endpoint_address, let_go
+from bus.sockets import (
+    LINGER,
+    abandon_dials,
+    close_connection,
+    endpoint_address,
+    let_go,
+    unlinked,
+)
 
 
 @pytest.fixture
@@ -23,12 +31,22 @@ def lingers(end: socket.socket) -> bool:
 
 def test_what_would_linger_is_let_go_and_the_rest_is_left_alone(connection):
     near, far = connection
-    near.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, LINGER.pack(1, 10))
-    assert let_go(2.0) == 1
-    assert not lingers(near)
+    for end in connection:
+        end.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, LINGER.pack(1, 10))
+    before = unlinked()
+    assert let_go(near.getsockname(), far.getsockname(), 2.0)
+    assert not lingers(near) and lingers(far)
     assert near.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == 2000
     assert far.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == 0
-    assert let_go(2.0) == 0
+    assert not let_go(near.getsockname(), far.getsockname(), 2.0)
+    assert before - unlinked() == {os.fstat(near.fileno()).st_ino}
+
+
+def test_a_socket_that_listens_or_does_not_linger_is_no_link_to_come(connection):
+    before = unlinked()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, LINGER.pack(1, 10))
+        assert unlinked() == before
 
 
 def test_a_connection_is_ended_by_its_addresses(connection):
