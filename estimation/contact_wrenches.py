@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+import scipy.linalg
 
 Array = np.ndarray
 
@@ -94,18 +95,50 @@ class SharedWrench:
     residual: Array  # (6,) what no choice of the unknowns explains, in the net wrench's frame
 
 
+class ContactPattern:
+    """What c contacts leave unknown, u numbers together, wherever they are.
+
+    Args:
+        contacts: Any number of any kind; their placements do not matter.
+        units: Force and moment that count as equally large.
+        tolerance: Singular values of A in units below this share of the largest are zero.
+    """
+
+    def __init__(
+        self,
+        contacts: Sequence[ContactUnknown],
+        units: Units | None = None,
+        tolerance: float = 1e-6,
+    ):
+        self.scale = (units or Units()).wrench
+        self.tolerance = tolerance
+        self.known = np.array([c.known for c in contacts]).reshape(-1, 6)
+        self.pushes = _block_diagonal([self.scale[:, None] * c.free for c in contacts])
+        self.negligible = 1e-6 * np.abs(self.pushes).max(initial=1.0)
+        free = np.array([c.free.shape[1] > 0 for c in contacts], dtype=float)
+        self.middle = free / max(1.0, free.sum())  # (c,) weights of the unknown contacts' points
+        self.nothing = np.zeros((0, len(contacts), 6))
+        self.all = np.ones(len(contacts), dtype=bool)
+
+    def at(self, placements: Sequence[pin.SE3]) -> "ContactWrenches":
+        """Return how the contacts share a net wrench, each at its body_M_contact."""
+        return ContactWrenches(self, placements)
+
+
+def contact_wrenches(
+    contacts: Sequence[ContactUnknown], units: Units | None = None, tolerance: float = 1e-6
+) -> "ContactWrenches":
+    """Return how contacts share a net wrench where they are; arguments of `ContactPattern`."""
+    return ContactPattern(contacts, units, tolerance).at([c.placement for c in contacts])
+
+
 class ContactWrenches:
     """The c contacts of one sub-tree at one posture, with u unknowns together.
 
-    Of all x with the least |A x - b| the one with the least |x|, both in ``units``: the
+    Of all x with the least |A x - b| the one with the least |x|, both in units: the
     weighted minimum-norm least squares. Moments of A x - b are taken about the mean
     of the unknown contacts' points; so the answer depends on neither the frame of the net
     wrench nor the order of the contacts.
-
-    Args:
-        contacts: Any number of any kind.
-        units: Force and moment that count as equally large.
-        tolerance: Singular values of A in units below this share of the largest are zero.
     """
 
     unknowns: int  # u
@@ -114,52 +147,49 @@ class ContactWrenches:
     gain: Array  # (c, 6, 6) change of a contact's wrench with the net wrench
     undecided: Array  # (u - rank, c, 6) patterns of wrenches without net wrench; N, N m
     decided: Array  # (c,) bool: no pattern contains the contact
+    maps: Array  # (c, 6, 6) from a contact's wrench to the frame of the net wrench
 
-    def __init__(
-        self,
-        contacts: Sequence[ContactUnknown],
-        units: Units | None = None,
-        tolerance: float = 1e-6,
-    ):
-        scale = (units or Units()).wrench
-        self._maps = np.array([c.placement.toDualActionMatrix() for c in contacts])
-        self._maps = self._maps.reshape(-1, 6, 6)
-        self._known = np.array([c.known for c in contacts]).reshape(-1, 6)
-        self._net_known = np.einsum("cij,cj->i", self._maps, self._known)
-        pushes = _side_by_side([scale[:, None] * c.free for c in contacts])
-        error = pin.SE3(np.eye(3), _middle(contacts)).inverse().toDualActionMatrix()
-        self._factorise(pushes, error / scale[:, None], tolerance)
+    def __init__(self, pattern: ContactPattern, placements: Sequence[pin.SE3]):
+        c = len(placements)
+        points = np.array([p.translation for p in placements]).reshape(c, 3)
+        self.maps = np.array([p.toDualActionMatrix() for p in placements]).reshape(c, 6, 6)
+        self._wide = self.maps.transpose(1, 0, 2).reshape(6, 6 * c)
+        self._known = pattern.known
+        self._net_known = self._wide @ pattern.known.ravel()
+        self._factorise(pattern, _error(pattern.middle @ points, pattern.scale))
 
-    def _factorise(self, pushes: Array, error: Array, tolerance: float) -> None:
-        """Solve for x, in units: contact wrenches are ``pushes`` (c, 6, u) @ x."""
-        self.unknowns = pushes.shape[2]
-        net = np.einsum("cij,cju->iu", self._maps, pushes)
-        left, values, right = np.linalg.svd(error @ net)
-        self.rank = rank = int((values > tolerance * values.max(initial=0.0)).sum())
+    def _factorise(self, pattern: ContactPattern, error: Array) -> None:
+        """Solve for x, in units: contact wrenches are ``pushes`` (6 c, u) @ x."""
+        pushes = pattern.pushes
+        self.unknowns = u = pushes.shape[1]
+        net = self._wide @ pushes
+        left, values, right = np.linalg.svd(error @ net, full_matrices=u > 6)
+        bound = pattern.tolerance * values[0] if u else 0.0
+        self.rank = rank = int(np.count_nonzero(values > bound))
         self.condition = float(values[0] / values[rank - 1]) if rank else 1.0
-        inverse = right[:rank].T / values[:rank] @ left[:, :rank].T @ error
-        self.gain = pushes @ inverse
-        self.undecided = np.einsum("cju,nu->ncj", pushes, right[rank:])
-        self._unexplained = np.eye(6) - net @ inverse
-        sizes = np.abs(self.undecided).max(axis=(0, 2), initial=0.0)
-        self.decided = sizes < 1e-6 * np.abs(pushes).max(initial=1.0)
+        inverse = right[:rank].T @ ((left[:, :rank].T / values[:rank, None]) @ error)
+        self.gain = (pushes @ inverse).reshape(-1, 6, 6)
+        self._unexplained = None if rank == 6 else np.eye(6) - net @ inverse
+        self.undecided, self.decided = pattern.nothing, pattern.all
+        if u > rank:
+            self.undecided = (right[rank:] @ pushes.T).reshape(u - rank, -1, 6)
+            self.decided = np.abs(self.undecided).max(axis=(0, 2)) < pattern.negligible
 
     def solve(self, net_wrench: Array) -> SharedWrench:
         """Share a net wrench (6,) of the world on the sub-tree; N, N m."""
         sought = net_wrench - self._net_known
-        return SharedWrench(self._known + self.gain @ sought, self._unexplained @ sought)
+        residual = np.zeros(6) if self._unexplained is None else self._unexplained @ sought
+        return SharedWrench(self._known + self.gain @ sought, residual)
 
 
-def _side_by_side(blocks: list[Array]) -> Array:
-    """Return (c, 6, u): each contact's columns (6, u_c) at their place among all unknowns."""
-    ends = np.cumsum([0, *(block.shape[1] for block in blocks)])
-    total = np.zeros((len(blocks), 6, ends[-1]))
-    for row, block, start, end in zip(total, blocks, ends[:-1], ends[1:], strict=True):
-        row[:, start:end] = block
-    return total
+def _block_diagonal(blocks: list[Array]) -> Array:
+    """Return (6 c, u): each contact's columns (6, u_c) in rows of its own."""
+    return np.asarray(scipy.linalg.block_diag(*blocks)) if blocks else np.zeros((0, 0))
 
 
-def _middle(contacts: Sequence[ContactUnknown]) -> Array:
-    """Mean point (3,) of the unknown contacts, the origin when there are none."""
-    points = [c.placement.translation for c in contacts if c.free.shape[1]]
-    return np.mean(points, axis=0) if points else np.zeros(3)
+def _error(point: Array, scale: Array) -> Array:
+    """Return the map of a net wrench to an error in units, with moments about a point."""
+    x, y, z = point.tolist()
+    error = np.eye(6)
+    error[3:, :3] = (0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0)
+    return error / scale[:, None]

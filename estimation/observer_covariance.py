@@ -23,7 +23,7 @@ class Uncertainty(NamedTuple):
     """Covariances of the observer's results at one posture."""
 
     torque_std: np.ndarray  # (n,) N m
-    wrench: np.ndarray  # (s, 6, 6) as Estimate.wrench
+    wrench: np.ndarray  # (c, 6, 6) as Estimate.wrench
 
 
 def propagate(observer: TorqueObserver, noise: ObserverNoise, q: np.ndarray) -> Uncertainty:
@@ -31,7 +31,8 @@ def propagate(observer: TorqueObserver, noise: ObserverNoise, q: np.ndarray) -> 
 
     The results are linear in the readings and in the acceleration of the inertial
     sensor; both maps are constant for a posture, so this may run at a low rate. Errors
-    of the model, of joint motion and of the gyro's rate are not included.
+    of the model, of joint motion and of the gyro's rate are not included, nor what
+    the sensors leave undecided among several contacts.
 
     Args:
         observer: The observer; its contacts are those in force.
@@ -63,9 +64,14 @@ class _Maps:
         external = np.einsum("st,tij,tjc->sic", graph.incidence, force_maps, entering)
         s, start = len(entering), graph.leaf_v
         leaves = jacobian[:, start : start + 6 * s].T.reshape(s, 6, 6)
-        self.wrench = leaves @ external  # (s, 6, 6 + 6 k)
-        axes = jacobian[:, graph.tree.joint_v].T
         below = np.einsum("ns,sic->nic", graph.contact_below, external)
+        self.wrench = np.zeros((len(observer.contacts), *external.shape[1:]))  # (c, 6, 6 + 6 k)
+        self.wrench[observer.lone_rows] = (leaves @ external)[observer.lone_subtrees]
+        for subtree in observer.shared:
+            shares, net = subtree.at(graph.data), external[subtree.row]
+            self.wrench[subtree.rows] = shares.solution.gain @ net
+            below += shares.moved(self.wrench[subtree.rows], net)
+        axes = jacobian[:, graph.tree.joint_v].T
         self.torque = -np.einsum("ni,nic->nc", axes, below)
         self.torque[:, :6] += inertial[graph.tree.joint_v]
 

@@ -4,8 +4,8 @@ This is the form on which the torque observer computes. ``enhanced_graph`` is th
 the thesis draws it, to be read and followed link by link; both give the same answers.
 
 The kinematic tree is re-rooted at the inertial sensor and cut at its N force/torque
-sensors into N + 1 sub-trees (thesis of Fumagalli, sections 3.3 and 4.1). Each sub-tree
-bears one unknown external wrench, a massless leaf of the tree.
+sensors into N + 1 sub-trees (thesis of Fumagalli, sections 3.3 and 4.1). The net external
+wrench of each sub-tree acts on a massless leaf of the tree.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from estimation.contact_set import Contact
+from estimation.contact_set import Contact, net_contacts, shared_subtrees
 from robot_model import Robot
 from robot_model.tree import build_tree
 
@@ -27,7 +27,8 @@ class OrientedGraph:
     """
 
     incidence: np.ndarray  # (s, s) entries 0, 1, -1: sub-tree = what enters - what leaves
-    contact_below: np.ndarray  # (n, s) 1 where the contact of a sub-tree is below a joint
+    contact_below: np.ndarray  # (n, s) 1 where the leaf of a sub-tree is below a joint
+    joint_subtree: np.ndarray  # (n,) sub-tree in which a joint lies
 
     def __init__(self, robot: Robot, contacts: Sequence[Contact]):
         self.robot = robot
@@ -41,6 +42,7 @@ class OrientedGraph:
         links = [self.tree.frame_ids[subtree.default_link] for subtree in robot.subtrees]
         self.entry = [self._enter(model.frames[i].parentJoint) for i in links]
         self.incidence = self._incidence()
+        self.joint_subtree = np.array([self.entry.index(self._enter(j)) for j in self._joint_ids])
         self._leaves = [self._add_leaf(f"contact_{s.name}") for s in robot.subtrees]
         self.neutral = pin.neutral(model)
         # Shared by all who compute on the graph, one after the other: Pinocchio's data
@@ -64,12 +66,26 @@ class OrientedGraph:
         return frame.parentJoint, frame.placement * link_m_place
 
     def place(self, contacts: Sequence[Contact]) -> None:
-        """Move the contact leaves; takes effect at the next call of a kinematic algorithm."""
-        for leaf, contact in zip(self._leaves, contacts, strict=True):
+        """Move each leaf to the first contact of its sub-tree, or to the default frame.
+
+        Takes effect at the next call of a kinematic algorithm.
+        """
+        for leaf, contact in zip(self._leaves, net_contacts(self.robot, contacts), strict=True):
             parent, placement = self.locate(contact.link, contact.placement)
             self.model.parents[leaf] = parent
             self.model.jointPlacements[leaf] = placement
-        self.contact_below = self._below(self._leaves).astype(float)
+        self.contact_below = self.below(self._leaves).astype(float)
+        self._share_below = self._shares(contacts)
+
+    def _shares(self, contacts: Sequence[Contact]) -> np.ndarray:
+        """Return (n, s): which part of the unknown contacts on a sub-tree is below a joint."""
+        shares = self.contact_below.copy()
+        for row, some in shared_subtrees(self.robot, contacts).items():
+            places = [self.locate(c.link, c.placement)[0] for c in some if c.push.free.size]
+            inside = self.joint_subtree == row
+            part = self.below(places).mean(axis=1) if places else np.zeros(self.robot.n)
+            shares[inside, row] = part[inside]
+        return shares
 
     def _chain(self, joint: int) -> list[int]:
         """Return the joints from ``joint`` up to the root, both included."""
@@ -78,7 +94,7 @@ class OrientedGraph:
             chain.append(self.model.parents[chain[-1]])
         return chain
 
-    def _below(self, joints: Sequence[int]) -> np.ndarray:
+    def below(self, joints: Sequence[int]) -> np.ndarray:
         """Return (n, len(joints)): whether a model joint is a joint of the robot or below it."""
         chains = [self._chain(joint) for joint in joints]
         return np.array([[j in chain for chain in chains] for j in self._joint_ids])
@@ -104,36 +120,36 @@ class OrientedGraph:
         """
         needs = np.zeros((len(self.entry), self.robot.n), dtype=bool)
         for body, subtree in self._bodies():
-            needs[subtree] |= self._below([body])[:, 0]
+            needs[subtree] |= self.below([body])[:, 0]
         return needs
 
     def torque_joints(self) -> np.ndarray:
         """Return (n, n): whether the torque of a joint (row) needs the motion of another.
 
-        The torque balances the bodies below the joint; sub-trees whose contact is below
+        The torque balances the bodies below the joint; sub-trees whose contacts are below
         too cancel but for their bodies above the joint.
         """
         needs = np.eye(self.robot.n, dtype=bool)
         for body, subtree in self._bodies():
-            path = self._below([body])[:, 0]
-            counts = path != (self.contact_below[:, subtree] > 0.0)
+            path = self.below([body])[:, 0]
+            counts = path != self._share_below[:, subtree]
             needs |= counts[:, None] & path[None, :]
-        joint_paths = self._below(self._joint_ids)
-        sensor_paths = self._below(self._cut_ids)
+        joint_paths = self.below(self._joint_ids)
+        sensor_paths = self.below(self._cut_ids)
         return needs | joint_paths.T | (self.torque_sensors() @ sensor_paths.T)
 
     def prediction_joints(self) -> np.ndarray:
         """Return (k, n): whether a predicted reading needs the motion of a joint."""
-        needs = self._below(self._cut_ids).T
+        needs = self.below(self._cut_ids).T
         for body, _ in self._bodies():
             chain = self._chain(body)
             beyond = np.array([cut in chain for cut in self._cut_ids])
-            needs = needs | (beyond[:, None] & self._below([body]).T)
+            needs = needs | (beyond[:, None] & self.below([body]).T)
         return needs
 
     def torque_sensors(self) -> np.ndarray:
         """Return (n, k): whether the torque of a joint needs a force/torque sensor."""
-        return (self.contact_below @ self.incidence)[:, 1:] != 0.0
+        return (self._share_below @ self.incidence)[:, 1:] != 0.0
 
     def subtree_sensors(self) -> np.ndarray:
         """Return (s, k): whether the wrench of a sub-tree needs a force/torque sensor."""

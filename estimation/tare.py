@@ -147,7 +147,7 @@ class Tare:
             tared=tuple(name for name, out in zip(names, unseen, strict=True) if not out),
             relative=self._groups(free, unseen),
             unobservable=tuple(name for name, out in zip(names, unseen, strict=True) if out),
-            supports=tuple(supports.values()),
+            supports=tuple(frame for frames in supports.values() for frame in frames),
         )
 
     def _groups(self, free: list[int], unseen: np.ndarray) -> tuple[tuple[str, ...], ...]:

@@ -2,17 +2,19 @@
 
 One recursive Newton-Euler pass over the Enhanced Oriented Graph predicts every
 force/torque reading; what the sensors read otherwise is the external wrench of the
-sub-trees, and the joint torques follow (Fumagalli, sections 3.3-3.4 and 4.3).
+sub-trees, and the joint torques follow (Fumagalli, sections 3.3-3.4 and 4.3). Several
+contacts of a sub-tree share its wrench (Nori et al., section 3.2.1).
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 
-from estimation.contact_set import Contact, Touch, contact_set
+from estimation.contact_set import AnyTouch, Contact, contact_set, net_contacts, shared_subtrees
 from estimation.oriented_graph import OrientedGraph
+from estimation.shared_contacts import Decision, SharedSubtree, decision
 from robot_model import Robot
 
 
@@ -21,21 +23,26 @@ class Estimate:
     """What one sample tells. Wrenches are [f m] of the world on the robot, N and N m."""
 
     torque: np.ndarray  # (n,) link torques, N m
-    wrench: np.ndarray  # (s, 6) about each contact's point, in the axes of its frame
+    wrench: np.ndarray  # (c, 6) about each contact's point, in the axes of its frame
     subtree_wrench: np.ndarray  # (s, 6) net, about each sub-tree's default frame
     predicted: np.ndarray  # (k, 6) readings if nothing touched the side away from the IMU
     measured: np.ndarray  # (k, 6) readings without their offsets
+    unexplained: np.ndarray | None = None  # (s, 6) as subtree_wrench: by no contact; None: zero
+    decision: Decision | None = None  # None: each sub-tree bears one full wrench
 
 
 class TorqueObserver:
-    """Torques of all joints and one external wrench per sub-tree, k sensors giving k + 1.
+    """Torques of all joints and the external wrenches on k + 1 sub-trees, k sensors.
 
     Needs neither attitude nor base velocity: the accelerometer carries gravity. The
-    unknown wrench of a sub-tree acts at its contact (``contacts``); the net wrench of
-    a sub-tree does not depend on where that is.
+    net wrench of a sub-tree acts at its contact, or is shared among its ``contacts``; it
+    does not depend on where they are.
     """
 
     contacts: tuple[Contact, ...]
+    shared: list[SharedSubtree]  # those that bear other than one full wrench
+    lone_rows: list[int]  # contacts on the others ...
+    lone_subtrees: list[int]  # ... and their sub-trees
 
     def __init__(self, robot: Robot, support: str = "floor"):
         self.robot = robot
@@ -46,12 +53,12 @@ class TorqueObserver:
         self._bind()
         self._combine()
 
-    def set_contacts(self, touches: Iterable[Touch] = (), support: str | None = None) -> None:
+    def set_contacts(self, touches: Iterable[AnyTouch] = (), support: str | None = None) -> None:
         """Say where the world acts from the next sample on.
 
         Args:
-            touches: Links (or frames) and points (3,) in them [m]; each replaces the
-                default contact of its sub-tree.
+            touches: Links (or frames), points (3,) in them [m], and what is known of the
+                wrench there; they replace the default contact of their sub-trees.
             support: New kind of support; unchanged when None.
 
         Raises:
@@ -109,7 +116,25 @@ class TorqueObserver:
         torque = self._tau[self._joint_v] - np.vecdot(self._joint_axes, below)
         wrench = np.matvec(self._leaf_maps, external_imu)
         subtree_wrench = self._about_default_frames(wrench, external_imu)
-        return Estimate(torque, wrench, subtree_wrench, predicted, measured)
+        estimate = Estimate(torque, wrench, subtree_wrench, predicted, measured)
+        return self._share(estimate, external_imu) if self.shared else estimate
+
+    def _share(self, net: Estimate, external_imu: np.ndarray) -> Estimate:
+        """Share the net wrench of some sub-trees among their contacts."""
+        wrench, torque = np.zeros((len(self.contacts), 6)), net.torque.copy()
+        wrench[self.lone_rows] = net.wrench[self.lone_subtrees]
+        unexplained = np.zeros_like(external_imu)
+        solved = [subtree.at(self._data) for subtree in self.shared]
+        for subtree, shares in zip(self.shared, solved, strict=True):
+            external = external_imu[subtree.row]
+            result = shares.solution.solve(external)
+            wrench[subtree.rows] = result.wrench
+            torque -= np.vecdot(self._joint_axes, shares.moved(result.wrench, external))
+            if shares.solution.rank < 6:
+                left = subtree.about_default_frame(result.residual, self._data)
+                unexplained[subtree.row] = left
+        decided = decision(len(net.wrench), len(wrench), self.shared, solved)
+        return replace(net, torque=torque, wrench=wrench, unexplained=unexplained, decision=decided)
 
     def _about_default_frames(self, wrench: np.ndarray, external_imu: np.ndarray) -> np.ndarray:
         """Shift the wrenches of those sub-trees whose contact is not at the default frame."""
@@ -164,10 +189,17 @@ class TorqueObserver:
     def _combine(self) -> None:
         """Recompute what depends on the contacts."""
         self._contact_below = self.graph.contact_below
+        nets = net_contacts(self.robot, self.contacts)
         self._moved = [
             (i, *self.graph.locate(*self.robot.frame(subtree.default_frame)))
-            for i, (subtree, contact) in enumerate(
-                zip(self.robot.subtrees, self.contacts, strict=True)
-            )
+            for i, (subtree, contact) in enumerate(zip(self.robot.subtrees, nets, strict=True))
             if contact.frame != subtree.default_frame or contact.kind == "touch"
         ]
+        shared = shared_subtrees(self.robot, self.contacts)
+        subtrees = [contact.subtree for contact in self.contacts]
+        self.shared = [
+            SharedSubtree(self.graph, row, some, subtrees.index(row) if some else 0)
+            for row, some in shared.items()
+        ]
+        self.lone_rows = [i for i, row in enumerate(subtrees) if row not in shared]
+        self.lone_subtrees = [subtrees[i] for i in self.lone_rows]

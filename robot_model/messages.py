@@ -153,6 +153,21 @@ class ExternalWrenches:
     kind: list[str] = scalar()
     subtree_wrench: Vector = array("s", 6, unit="N, N m", frame="default frame of the sub-tree")
     subtree_valid: Vector = flags("s")
+    # where a sub-tree bears other than one full wrench; absent where none does
+    unexplained: Vector | None = array(
+        "s", 6, unit="N, N m", frame="default frame of the sub-tree", optional=True
+    )
+    rank: Vector | None = array("s", unit="1", optional=True)
+    condition: Vector | None = array("s", unit="1", optional=True)
+    undecided: Vector | None = array(
+        "d",
+        "c",
+        6,
+        unit="N, N m",
+        frame="as wrench; adding any of it changes no reading",
+        optional=True,
+    )
+    decided: list[bool] = scalar(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -206,11 +221,18 @@ class Contacts:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ContactPoints:
-    """Where unknown wrenches act now; replaces the default contact of each sub-tree named."""
+    """Where unknown wrenches act now; replaces the default contact of each sub-tree named.
+
+    ``unknown`` says what of each wrench is: wrench (all are, when it is empty), force (no
+    moment about the point), direction (a force along ``vector``), known (``vector`` is the
+    wrench) or none (nothing touches that sub-tree). ``vector`` is zero where it is not needed.
+    """
 
     TYPE: ClassVar[str] = "ContactPoints/1"
     link: list[str] = scalar()
     point: Vector = array("c", 3, unit="m", frame="link")
+    unknown: list[str] = scalar(default_factory=list)
+    vector: Vector | None = array("c", 6, unit="1, or N and N m", frame="link", optional=True)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

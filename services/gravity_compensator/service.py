@@ -132,7 +132,7 @@ class GravityService:
     def _row(data: ExternalWrenches, frame: str) -> int:
         """Row of a support's wrench, -1 when it is not valid."""
         for i, (name, kind) in enumerate(zip(data.frame, data.kind, strict=True)):
-            if name == frame and kind == "support" and data.valid[i]:
+            if name == frame and kind == "support" and data.valid[i] and _decided(data, i):
                 return i
         return -1
 
@@ -163,3 +163,8 @@ class GravityService:
             "shares": dict(shares),
             "reason": self._reason,
         }
+
+
+def _decided(data: ExternalWrenches, row: int) -> bool:
+    """Whether the sensors decide a wrench; they do where the message does not say."""
+    return not data.decided or data.decided[row]

@@ -1,11 +1,14 @@
 """What the torque observer says, as messages."""
 
+from typing import Any
+
 import numpy as np
 
+from estimation.contact_set import Touch
 from estimation.dependencies import Validity
 from estimation.observer_covariance import Uncertainty
 from estimation.torque_observer import Estimate, TorqueObserver
-from robot_model.messages import ExternalWrenches, FtPrediction, JointTorques
+from robot_model.messages import ContactPoints, ExternalWrenches, FtPrediction, JointTorques
 
 
 class Composer:
@@ -24,6 +27,7 @@ class Composer:
         self._subtrees = [names[contact.subtree] for contact in contacts]
         self._points = np.array([contact.point for contact in contacts])
         self._kinds = [contact.kind for contact in contacts]
+        self._rows = np.array([contact.subtree for contact in contacts], dtype=int)
 
     def torques(self, e: Estimate, u: Uncertainty, v: Validity) -> JointTorques:
         """Return the torques, zero where they are invalid."""
@@ -38,13 +42,11 @@ class Composer:
     def wrenches(self, e: Estimate, u: Uncertainty, v: Validity) -> ExternalWrenches:
         """Return the wrenches, zero where they are invalid."""
         wrench, subtree_wrench, covariance = e.wrench, e.subtree_wrench, u.wrench
+        valid = v.subtree[self._rows]
         if not v.complete:
-            valid = v.subtree[:, None]
-            wrench, subtree_wrench = (
-                np.where(valid, wrench, 0.0),
-                np.where(valid, subtree_wrench, 0.0),
-            )
-            covariance = np.where(valid[:, :, None], covariance, 0.0)
+            wrench = np.where(valid[:, None], wrench, 0.0)
+            subtree_wrench = np.where(v.subtree[:, None], subtree_wrench, 0.0)
+            covariance = np.where(valid[:, None, None], covariance, 0.0)
         return ExternalWrenches(
             frame=self._frames,
             link=self._links,
@@ -52,10 +54,11 @@ class Composer:
             point=self._points,
             wrench=wrench,
             covariance=covariance,
-            valid=v.subtree,
+            valid=valid,
             kind=self._kinds,
             subtree_wrench=subtree_wrench,
             subtree_valid=v.subtree,
+            **_decision(e, v.subtree),
         )
 
     def prediction(self, e: Estimate, v: Validity) -> FtPrediction:
@@ -65,3 +68,34 @@ class Composer:
             valid = v.prediction[:, None]
             predicted, measured = np.where(valid, predicted, 0.0), np.where(valid, measured, 0.0)
         return FtPrediction(predicted=predicted, measured=measured, valid=v.prediction)
+
+
+def _decision(e: Estimate, valid: np.ndarray) -> dict[str, Any]:
+    """Return how far the sensors decide the wrenches, where contacts share one."""
+    if e.decision is None or e.unexplained is None:
+        return {}
+    return {
+        "unexplained": np.where(valid[:, None], e.unexplained, 0.0),
+        "rank": e.decision.rank,
+        "condition": e.decision.condition,
+        "undecided": e.decision.undecided,
+        "decided": e.decision.decided.tolist(),
+    }
+
+
+def touches(points: ContactPoints) -> list[Touch]:
+    """Return the touches that a message tells; raise ValueError when its lists differ in length."""
+    count = len(points.link)
+    unknown = points.unknown or ["wrench"] * count
+    if len(unknown) != count or len(points.point) != count:
+        raise ValueError(
+            f"{count} links, {len(points.point)} points, {len(points.unknown)} kinds of unknowns;"
+            " expected as many of each"
+        )
+    vectors = np.zeros((count, 6)) if points.vector is None else points.vector
+    return [
+        Touch(link, point, kind, vector[: 3 if kind == "direction" else 6])
+        for link, point, kind, vector in zip(
+            points.link, points.point, unknown, vectors, strict=True
+        )
+    ]

@@ -21,7 +21,7 @@ from robot_model.messages import (
     SensorFrame,
 )
 from services.torque_observer.config import TorqueObserverConfig
-from services.torque_observer.messages import Composer
+from services.torque_observer.messages import Composer, touches
 from services.torque_observer.taring import Taring
 
 logger = logging.getLogger(__name__)
@@ -155,7 +155,7 @@ class ObserverService:
     def _touch(self, points: ContactPoints) -> None:
         """Move the contacts; points that cannot be told apart leave them as they are."""
         try:
-            self._observer.set_contacts(zip(points.link, points.point, strict=True))
+            self._observer.set_contacts(touches(points))
         except (LookupError, ValueError) as error:
             self._touch_error = str(error)
             logger.warning("%s: %s", self._points.name, error)

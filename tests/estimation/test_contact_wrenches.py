@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from estimation.contact_wrenches import (
     ContactUnknown,
-    ContactWrenches,
     Units,
+    contact_wrenches,
     force_along,
     full_wrench,
     known_wrench,
@@ -51,7 +51,7 @@ def closed_form(contacts: list[ContactUnknown], net: np.ndarray, units: Units) -
 
 def test_without_contacts_the_net_wrench_is_the_residual():
     net = np.arange(6.0)
-    system = ContactWrenches([])
+    system = contact_wrenches([])
     shared = system.solve(net)
     assert (system.unknowns, system.rank, system.condition) == (0, 0, 1.0)
     assert shared.wrench.shape == (0, 6) and system.undecided.shape == (0, 0, 6)
@@ -61,7 +61,7 @@ def test_without_contacts_the_net_wrench_is_the_residual():
 def test_one_full_wrench_is_the_net_wrench_seen_from_its_frame():
     contact = random_contact("full", np.random.default_rng(1))
     net = np.array([1.0, -2.0, 3.0, 0.4, -0.5, 0.6])
-    system = ContactWrenches([contact])
+    system = contact_wrenches([contact])
     shared = system.solve(net)
     np.testing.assert_allclose(shared.wrench[0], contact.placement.actInv(pin.Force(net)).vector)
     np.testing.assert_allclose(shared.residual, 0.0, atol=1e-12)
@@ -69,7 +69,7 @@ def test_one_full_wrench_is_the_net_wrench_seen_from_its_frame():
 
 
 def test_one_pure_force_is_the_net_force_and_leaves_the_moment_about_its_point():
-    shared = ContactWrenches([pure_force(at(0.2, 0.0, 0.0))]).solve(
+    shared = contact_wrenches([pure_force(at(0.2, 0.0, 0.0))]).solve(
         np.array([0.0, 0.0, 10.0, 0.0, -2.5, 0.0])
     )
     np.testing.assert_allclose(shared.wrench, [[0.0, 0.0, 10.0, 0.0, 0.0, 0.0]], atol=1e-12)
@@ -78,7 +78,7 @@ def test_one_pure_force_is_the_net_force_and_leaves_the_moment_about_its_point()
 
 def test_one_force_along_a_direction_is_the_net_forces_component():
     contact = force_along(at(0.0, 0.1, 0.0), np.array([0.0, 3.0, 4.0]))
-    system = ContactWrenches([contact])
+    system = contact_wrenches([contact])
     shared = system.solve(np.array([7.0, 0.0, 10.0, 0.0, 0.0, 0.0]))
     np.testing.assert_allclose(shared.wrench[0, :3], 8.0 * np.array([0.0, 0.6, 0.8]))
     assert (system.unknowns, system.rank, system.condition) == (1, 1, 1.0)
@@ -88,7 +88,7 @@ def test_two_directions_share_a_force_between_them_by_their_levers():
     up = np.array([0.0, 0.0, 1.0])
     contacts = [force_along(at(-0.1, 0.0, 0.0), up), force_along(at(0.3, 0.0, 0.0), up)]
     wrenches = np.array([[0.0, 0.0, 6.0, 0.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0, 0.0, 0.0]])
-    system = ContactWrenches(contacts)
+    system = contact_wrenches(contacts)
     assert (system.unknowns, system.rank) == (2, 2) and system.decided.all()
     shared = system.solve(net_of(contacts, wrenches))
     np.testing.assert_allclose(shared.wrench, wrenches, atol=1e-12)
@@ -96,7 +96,7 @@ def test_two_directions_share_a_force_between_them_by_their_levers():
 
 def test_between_two_pure_forces_the_pressure_along_their_line_is_undecided():
     contacts = [pure_force(at(0.0, 0.0, 0.0)), pure_force(at(0.2, 0.0, 0.0))]
-    system = ContactWrenches(contacts)
+    system = contact_wrenches(contacts)
     assert (system.unknowns, system.rank) == (6, 5)
     assert not system.decided.any()
     squeeze = system.undecided[0, :, :3]
@@ -112,7 +112,7 @@ def test_between_two_pure_forces_the_pressure_along_their_line_is_undecided():
 def test_two_full_wrenches_at_one_place_bear_half_each():
     place = random_contact("full", np.random.default_rng(2)).placement
     net = np.arange(1.0, 7.0)
-    shared = ContactWrenches([full_wrench(place), full_wrench(place)]).solve(net)
+    shared = contact_wrenches([full_wrench(place), full_wrench(place)]).solve(net)
     half = place.actInv(pin.Force(net / 2.0)).vector
     np.testing.assert_allclose(shared.wrench, [half, half], atol=1e-12)
 
@@ -123,7 +123,7 @@ def test_more_unknowns_than_equations_are_the_weighted_minimum_norm(kinds, units
     rng = np.random.default_rng(len(kinds))
     contacts = [random_contact(kind, rng) for kind in kinds]
     net = rng.normal(size=6)
-    system = ContactWrenches(contacts, units)
+    system = contact_wrenches(contacts, units)
     assert system.rank == 6
     expected = closed_form(contacts, net, units)
     np.testing.assert_allclose(system.solve(net).wrench, expected, atol=1e-9)
@@ -132,8 +132,8 @@ def test_more_unknowns_than_equations_are_the_weighted_minimum_norm(kinds, units
 def test_a_smaller_unit_of_moment_moves_a_couple_from_moments_to_forces():
     contacts = [full_wrench(at(-0.1, 0.0, 0.0)), full_wrench(at(0.1, 0.0, 0.0))]
     couple = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
-    cheap = ContactWrenches(contacts, Units(moment=10.0)).solve(couple).wrench
-    dear = ContactWrenches(contacts, Units(moment=0.001)).solve(couple).wrench
+    cheap = contact_wrenches(contacts, Units(moment=10.0)).solve(couple).wrench
+    dear = contact_wrenches(contacts, Units(moment=0.001)).solve(couple).wrench
     np.testing.assert_allclose(cheap[:, 4], 0.5, atol=1e-3)
     np.testing.assert_allclose(dear[:, 2], [5.0, -5.0], atol=1e-3)
 
@@ -142,7 +142,7 @@ def test_a_known_wrench_is_taken_off_first():
     rng = np.random.default_rng(3)
     skin, hand = random_contact("known", rng), random_contact("full", rng)
     wrench = rng.normal(size=6)
-    system = ContactWrenches([skin, hand])
+    system = contact_wrenches([skin, hand])
     shared = system.solve(net_of([skin, hand], np.array([skin.known, wrench])))
     np.testing.assert_allclose(shared.wrench, [skin.known, wrench], atol=1e-12)
     assert (system.unknowns, system.rank) == (6, 6) and system.decided.all()
@@ -151,7 +151,7 @@ def test_a_known_wrench_is_taken_off_first():
 def test_a_contact_that_is_decided_is_told_from_those_that_are_not():
     contacts = [pure_force(at(0.0, 0.0, 0.0)), pure_force(at(0.2, 0.0, 0.0))]
     sideways = force_along(at(0.1, 0.0, 0.1), np.array([0.0, 1.0, 0.0]))
-    system = ContactWrenches([*contacts, sideways])
+    system = contact_wrenches([*contacts, sideways])
     assert (system.unknowns, system.rank) == (7, 6)
     np.testing.assert_array_equal(system.decided, [False, False, True])
 
@@ -165,17 +165,17 @@ def test_the_answer_depends_on_neither_order_nor_frame(kinds, seed):
     rng = np.random.default_rng(seed)
     contacts = [random_contact(kind, rng) for kind in kinds]
     net = rng.normal(size=6)
-    here = ContactWrenches(contacts)
+    here = contact_wrenches(contacts)
     shared = here.solve(net)
     order = rng.permutation(len(contacts))
-    mixed = ContactWrenches([contacts[i] for i in order])
+    mixed = contact_wrenches([contacts[i] for i in order])
     assert (mixed.rank, mixed.unknowns) == (here.rank, here.unknowns)
     scale = 1e-9 * max(1.0, here.condition)
     np.testing.assert_allclose(mixed.solve(net).wrench, shared.wrench[order], atol=scale)
     np.testing.assert_array_equal(mixed.decided, here.decided[order])
     move = pin.SE3(pin.exp3(rng.normal(size=3)), rng.normal(size=3))
     elsewhere = [ContactUnknown(move * c.placement, c.free, c.known) for c in contacts]
-    moved = ContactWrenches(elsewhere).solve(move.act(pin.Force(net)).vector)
+    moved = contact_wrenches(elsewhere).solve(move.act(pin.Force(net)).vector)
     np.testing.assert_allclose(moved.wrench, shared.wrench, atol=scale)
     residual = move.actInv(pin.Force(moved.residual)).vector
     np.testing.assert_allclose(residual, shared.residual, atol=scale)
@@ -187,7 +187,7 @@ def test_wrenches_and_residual_add_up_and_undecided_patterns_change_nothing(kind
     rng = np.random.default_rng(seed)
     contacts = [random_contact(kind, rng) for kind in kinds]
     net = rng.normal(size=6)
-    system = ContactWrenches(contacts)
+    system = contact_wrenches(contacts)
     shared = system.solve(net)
     scale = 1e-9 * max(1.0, system.condition)
     total = net_of(contacts, shared.wrench) + shared.residual
@@ -208,7 +208,7 @@ def test_wrenches_and_residual_add_up_and_undecided_patterns_change_nothing(kind
 
 def test_the_gain_carries_a_change_of_the_net_wrench():
     rng = np.random.default_rng(4)
-    system = ContactWrenches([random_contact(kind, rng) for kind in KINDS])
+    system = contact_wrenches([random_contact(kind, rng) for kind in KINDS])
     net, change = rng.normal(size=(2, 6))
     moved = system.solve(net + change).wrench - system.solve(net).wrench
     np.testing.assert_allclose(moved, system.gain @ change, atol=1e-12)

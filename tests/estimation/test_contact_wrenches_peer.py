@@ -14,8 +14,8 @@ import pytest
 from benchmarks.idyntree_observer import IdyntreeObserver, idyn
 from estimation.contact_wrenches import (
     ContactUnknown,
-    ContactWrenches,
     Units,
+    contact_wrenches,
     force_along,
     full_wrench,
     known_wrench,
@@ -126,7 +126,7 @@ def test_mixed_contacts_of_an_arm_equal_idyntrees(mix):
         state = random_input(robot, rng)
         peer.step(*state._replace(ft=-state.ft))
         links = placements(robot, state.q, default, [place.link for place in places])
-        system = ContactWrenches([contact_of(p, m) for p, m in zip(places, links, strict=True)])
+        system = contact_wrenches([contact_of(p, m) for p, m in zip(places, links, strict=True)])
         assert (system.unknowns, system.rank) == (6, 6)
         ours = system.solve(observer.step(*state).subtree_wrench[arm])
         theirs = peer.placed()
@@ -153,7 +153,7 @@ def test_fewer_unknowns_that_explain_the_net_wrench_equal_idyntrees():
     net = sum(c.placement.act(pin.Force(w)).vector for c, w in zip(contacts, wrenches, strict=True))
     state = state._replace(ft=reading_with(observer, state, arm, net))
     peer.step(*state._replace(ft=-state.ft))
-    shared = ContactWrenches(contacts).solve(observer.step(*state).subtree_wrench[arm])
+    shared = contact_wrenches(contacts).solve(observer.step(*state).subtree_wrench[arm])
     np.testing.assert_allclose(shared.wrench, wrenches, atol=1e-9)
     np.testing.assert_allclose(peer.placed(), wrenches, atol=1e-9)
 
@@ -172,7 +172,7 @@ def test_with_too_many_unknowns_idyntrees_answer_is_ours_and_undecided_patterns(
     peer.step(*state._replace(ft=-state.ft))
     frame = robot.subtrees[arm].default_frame
     links = placements(robot, state.q, frame, [place.link for place in places])
-    system = ContactWrenches([contact_of(p, m) for p, m in zip(places, links, strict=True)])
+    system = contact_wrenches([contact_of(p, m) for p, m in zip(places, links, strict=True)])
     ours = system.solve(observer.step(*state).subtree_wrench[arm]).wrench / Units().wrench
     theirs = peer.placed() / Units().wrench
     patterns = (system.undecided / Units().wrench).reshape(-1, 12)
