@@ -140,7 +140,14 @@ class JointTorques:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ExternalWrenches:
-    """What the world exerts on the robot, per contact and net per sub-tree."""
+    """What the world exerts on the robot, per contact and net per sub-tree.
+
+    Where each sub-tree bears one full wrench the sensors decide them all, and the optional
+    fields are absent. Else ``unexplained`` is what of each net wrench no contact explains,
+    ``rank`` how many combinations of unknowns the sensors decide, ``condition`` by how much
+    an error of the net wrench may grow; ``undecided`` has d patterns of wrenches of which any
+    multiple may be added without any reading changing, and contacts in none are ``decided``.
+    """
 
     TYPE: ClassVar[str] = "ExternalWrenches/1"
     frame: list[str] = scalar()
@@ -153,7 +160,6 @@ class ExternalWrenches:
     kind: list[str] = scalar()
     subtree_wrench: Vector = array("s", 6, unit="N, N m", frame="default frame of the sub-tree")
     subtree_valid: Vector = flags("s")
-    # where a sub-tree bears other than one full wrench; absent where none does
     unexplained: Vector | None = array(
         "s", 6, unit="N, N m", frame="default frame of the sub-tree", optional=True
     )

@@ -83,6 +83,43 @@ def test_contact_points_move_the_contact_at_run_time(feed):
     np.testing.assert_allclose(said.point[arm], [0.0, 0.01, 0.05])
 
 
+def test_contacts_on_one_subtree_share_its_wrench_and_what_is_undecided_is_told(feed):
+    (wrenches,) = ready(feed, "wrenches")
+    writer = feed.writer(ports.name("contact_points", ROBOT), ContactPoints)
+    points = ContactPoints(
+        link=["l_forearm", "l_hand", "r_hand"],
+        point=np.array([[0.0, 0.01, 0.05], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]),
+        unknown=["wrench", "direction", "none"],
+        vector=np.vstack([np.zeros(6), [0.0, 0.0, 2.0, 0.0, 0.0, 0.0], np.zeros(6)]),
+    )
+    right, count = ROBOT.subtree_of("r_hand"), len(ROBOT.subtrees)
+
+    def touched():
+        writer.write(points)
+        return says(wrenches, True, lambda d: "l_hand" in d.frame)
+
+    said = feed.until(touched).data
+    row = said.frame.index("l_hand")
+    assert said.frame[row - 1] == "l_forearm" and "r_hand" not in said.frame
+    assert said.decided == [i not in (row - 1, row) for i in range(count)]
+    assert said.undecided.shape == (1, count, 6) and said.undecided[0, row].any()
+    assert said.rank[right] == 0.0 and said.rank[said.subtree.index("l_arm")] == 6.0
+    np.testing.assert_allclose(said.unexplained[right], said.subtree_wrench[right])
+
+
+def test_contact_points_of_different_lengths_change_nothing_and_are_told(feed):
+    (wrenches,) = ready(feed, "wrenches")
+    writer = feed.writer(ports.name("contact_points", ROBOT), ContactPoints)
+    feed.until(lambda: says(wrenches, True))
+    odd = ContactPoints(link=["l_hand"], point=np.zeros((1, 3)), unknown=["force", "force"])
+
+    def told():
+        writer.write(odd)
+        return feed.node.call(ports.rpc("torque_observer"), "status")["contact_error"]
+
+    assert "1 links, 1 points, 2 kinds of unknowns" in feed.until(told)
+
+
 def test_a_changed_support_changes_the_kinds_and_a_wrong_one_is_refused(feed):
     (wrenches,) = ready(feed, "wrenches")
     rpc = ports.rpc("torque_observer")
