@@ -13,6 +13,7 @@ from robot_model.messages import SensorFrame
 
 Array = np.ndarray
 Upward = Callable[[SensorFrame, int], Array | None]  # of a frame and its row: (3,) in base axes
+AT_ONCE = -(1 << 62)  # ns, before every stamp
 UNKNOWN = Localisation((), 0.0)
 RESIDUALS = ("internal", "external", "classical")
 
@@ -46,7 +47,7 @@ class ContactLog:
         self.detector, self.bank = detector, bank
         self._upward = upward or (lambda frame, row: None)
         self._period, self._locate_period = round(1e9 / rate), round(1e9 / locate_rate)
-        self._next = self._next_location = 0  # stamps, ns
+        self._next = self._next_location = AT_ONCE  # stamps, ns
         n = bank.robot.n
         widths = zip(RESIDUALS, (n, 6, n), strict=True)
         self.residuals = {name: np.zeros((size, width)) for name, width in widths}
@@ -97,11 +98,11 @@ class ContactLog:
     def _restart(self) -> None:
         self.detector.reset()
         self.bank.reset()
-        self._next = 0
+        self._next = AT_ONCE
 
     def _locate(self, frame: SensorFrame, stamp: int) -> None:
         if not self.detector.touched:
-            self._next_location = 0
+            self._next_location = AT_ONCE
             self._last = 1 if self._judged else 0
         elif stamp >= self._next_location:
             self._found.append(self.detector.locate(frame))

@@ -10,7 +10,7 @@ from bus.errors import WireError
 from bus.recording import Recording
 from deploy.errors import CommandError
 from deploy.estimate.given import Given
-from deploy.recordings.npz_arrays import checked_stamps
+from deploy.recordings.npz_arrays import check_rising
 from estimation.sensor_log import SensorLog
 from robot_model import Robot, ports
 from robot_model.messages import RawFrame, SensorFrame
@@ -47,7 +47,8 @@ def read_recording(file: Path, robot: Robot) -> Given:
             values[name] = np.array(found)
         elif any(each is not None for each in found):
             warnings.append(f"{port}: {name} is not in every frame, and not used")
-    log = SensorLog(stamp=checked_stamps(np.array(stamps), file), **values)
+    check_rising(np.array(stamps), file)
+    log = SensorLog(stamp=np.array(stamps), **values)
     return Given(log, robot, warnings)
 
 

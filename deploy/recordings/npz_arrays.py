@@ -18,7 +18,8 @@ OF_IMU = ("imu_gyro", "imu_acc", "imu_dgyro")
 def load_arrays(file: Path) -> dict[str, Array]:
     """Return the arrays of an npz; UsageError when it is none."""
     try:
-        with np.load(file, allow_pickle=False) as archive:
+        # opened here: numpy leaves a spoilt file open
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile, AttributeError) as error:
         raise UsageError(f"{file}: not an npz of plain arrays: {error}") from None
@@ -36,14 +37,20 @@ def checked_stamps(stamp: Array, file: Path) -> Array:
     if stamp.ndim != 1 or stamp.dtype.kind not in "iu" or not len(stamp):
         got = f"{stamp.dtype} {stamp.shape}"
         raise UsageError(f"{file}: stamp: expected (T,) integers [ns], got {got}")
+    if stamp[0] < 0:
+        raise UsageError(f"{file}: stamp: expected 0 or more, got {stamp[0]} at index 0")
     stamp = stamp.astype(np.int64)
-    falls = np.flatnonzero(np.diff(stamp) <= 0)
-    if len(falls) or stamp[0] < 0:
-        where = int(falls[0]) + 1 if len(falls) else 0
-        before = f" after {stamp[where - 1]}" if where else ""
-        got = f"{stamp[where]}{before} at index {where}"
-        raise UsageError(f"{file}: stamp: expected rising from 0 or more, got {got}")
+    check_rising(stamp, file)
     return stamp
+
+
+def check_rising(stamp: Array, file: Path) -> None:
+    """Raise UsageError where stamps (T,) do not rise strictly."""
+    falls = np.flatnonzero(np.diff(stamp) <= 0)
+    if len(falls):
+        where = int(falls[0]) + 1
+        got = f"{stamp[where]} after {stamp[where - 1]} at index {where}"
+        raise UsageError(f"{file}: stamp: expected rising, got {got}")
 
 
 def joint_rows(arrays: Mapping[str, Array], robot: Robot, file: Path) -> Array:
