@@ -31,10 +31,6 @@ class ContactLog:
         upward: Tells where up is; None where the bank needs no attitude.
     """
 
-    residuals: dict[str, Array]  # internal (T, n), external (T, 6), classical (T, n)
-    residuals_valid: dict[str, Array]  # (T,) each
-    valid: Array  # (T,) whether any limb could be judged
-
     def __init__(
         self,
         detector: ContactDetector,
@@ -49,12 +45,14 @@ class ContactLog:
         self._period, self._locate_period = round(1e9 / rate), round(1e9 / locate_rate)
         self._next = self._next_location = AT_ONCE  # stamps, ns
         n = bank.robot.n
+        # what was said at the samples at which it was due; the row after the last says nothing
         widths = zip(RESIDUALS, (n, 6, n), strict=True)
-        self.residuals = {name: np.zeros((size, width)) for name, width in widths}
-        self.residuals_valid = {name: np.zeros(size, dtype=bool) for name in RESIDUALS}
-        self.valid = np.zeros(size, dtype=bool)
+        self._residuals = {name: np.zeros((size + 1, width)) for name, width in widths}
+        self._residuals_valid = {name: np.zeros(size + 1, dtype=bool) for name in RESIDUALS}
+        self._judged = np.zeros(size + 1, dtype=bool)
+        self._place = np.zeros(size + 1, dtype=int)  # index in ``_found``
         self._found = [UNKNOWN, NOWHERE]
-        self._place = np.zeros(size, dtype=int)  # index in ``_found``
+        self._due = np.full(size, size)  # row that holds at each sample
 
     def tare(self, blocks: Iterable[SensorBlock]) -> None:
         """Take what a resting robot shows for zero, then forget the samples.
@@ -74,13 +72,13 @@ class ContactLog:
 
     def add(self, block: SensorBlock) -> None:
         """Take some samples."""
-        for i, stamp in enumerate(block.stamp.tolist()):
-            row, frame = block.rows.start + i, block.frame(i)
+        for row, stamp in enumerate(block.stamp.tolist(), start=block.rows.start):
+            frame = block.frame(row - block.rows.start)
             if self._step(frame, row, stamp):
-                self._message = self.bank.message()
-                self._judged = any(flag.valid for flag in self._flags)
-                self._locate(frame, stamp)
-            self._keep(row)
+                self._keep(row)
+                self._locate(frame, row, stamp)
+                self._last = row
+            self._due[row] = self._last
 
     def _step(self, frame: SensorFrame, row: int, stamp: int) -> bool:
         """Take one sample; return whether residuals and flags were due."""
@@ -100,21 +98,31 @@ class ContactLog:
         self.bank.reset()
         self._next = AT_ONCE
 
-    def _locate(self, frame: SensorFrame, stamp: int) -> None:
+    def _keep(self, row: int) -> None:
+        message = self.bank.message()
+        for name in RESIDUALS:
+            self._residuals[name][row] = getattr(message, name)
+            self._residuals_valid[name][row] = getattr(message, f"valid_{name}")
+        self._judged[row] = any(flag.valid for flag in self._flags)
+
+    def _locate(self, frame: SensorFrame, row: int, stamp: int) -> None:
         if not self.detector.touched:
             self._next_location = AT_ONCE
-            self._last = 1 if self._judged else 0
+            self._where = 1 if self._judged[row] else 0
         elif stamp >= self._next_location:
             self._found.append(self.detector.locate(frame))
-            self._last = len(self._found) - 1
+            self._where = len(self._found) - 1
             self._next_location = stamp + self._locate_period
+        self._place[row] = self._where
 
-    def _keep(self, row: int) -> None:
-        message = self._message
-        for name in RESIDUALS:
-            self.residuals[name][row] = getattr(message, name)
-            self.residuals_valid[name][row] = getattr(message, f"valid_{name}")
-        self.valid[row], self._place[row] = self._judged, self._last
+    def residual(self, name: str) -> tuple[Array, Array]:
+        """Return a residual, (T, n) or external (T, 6), and where it is valid (T,)."""
+        return self._residuals[name][self._due], self._residuals_valid[name][self._due]
+
+    @property
+    def valid(self) -> Array:
+        """Whether any limb could be judged, (T,)."""
+        return self._judged[self._due]
 
     def hypotheses(self, most: int = 3) -> dict[str, Array]:
         """Return the likeliest places of every sample, best first.
@@ -134,4 +142,4 @@ class ContactLog:
         tables = {"probability": probability, "link": np.array(link, dtype=str)}
         tables |= {"point": point, "force": force}
         tables["none_probability"] = np.array([found.none_probability for found in self._found])
-        return {name: table[self._place] for name, table in tables.items()}
+        return {name: table[self._place[self._due]] for name, table in tables.items()}

@@ -24,6 +24,7 @@ from robot_model.names import did_you_mean
 
 Array = np.ndarray
 TORQUES = ("motor_torque", "link_torque")
+AXES = ("x", "y", "z", "mx", "my", "mz")
 GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
 OTHERS = ("stamp", "joint_names", "fixed_link", "gravity", "base_quat_wxyz", "link_torque")
 
@@ -161,6 +162,3 @@ class _Reader:
             got = f"{norms[worst]:.3g} at index {worst}"
             raise UsageError(f"{self._file}: base_quat_wxyz: expected length 1, got {got}")
         return quaternions
-
-
-AXES = ("x", "y", "z", "mx", "my", "mz")

@@ -61,8 +61,9 @@ def numbered(names: Iterable[str]) -> list[str]:
 
 
 def _residuals(contacts: ContactLog) -> dict[str, Array]:
-    arrays = {f"residual_{name}": contacts.residuals[name] for name in RESIDUALS}
-    arrays |= {f"valid_residual_{name}": contacts.residuals_valid[name] for name in RESIDUALS}
+    arrays = {}
+    for name in RESIDUALS:
+        arrays[f"residual_{name}"], arrays[f"valid_residual_{name}"] = contacts.residual(name)
     places = contacts.hypotheses()
     arrays["none_probability"] = places.pop("none_probability")
     arrays |= {f"contact_{name}": table for name, table in places.items()}
