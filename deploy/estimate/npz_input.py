@@ -76,6 +76,9 @@ class _Reader:
             **{kind: joints[kind] for kind in ("q", "dq", "ddq") if kind in joints},
             **source,
         )
+        if (log.dq is None) != (log.ddq is None):
+            lone = "dq" if log.ddq is None else "ddq"
+            self._warnings.append(f"{lone}: not used, dq and ddq are taken together only")
         self._warnings += check_units(log, robot, self._file)
         if torque == "link_torque":
             robot = without_drives(robot)

@@ -22,6 +22,7 @@ from estimation.residual_model import is_measured
 from estimation.sensor_log import SensorLog
 from estimation.tare import MovingError, StillnessLimits
 from estimation.torque_observer import TorqueObserver
+from robot_model.errors import DescriptionError
 
 Progress = Callable[[int], None]  # gets the number of samples that are done
 
@@ -60,7 +61,12 @@ class Estimation:
         noise = ObserverNoise(**config.noise.model_dump())
         self.found = ObserverLog(self.observer, noise, size)
         self._length = max(1, round(config.uncertainty_period / self.log.period))
-        self.contacts = self._contacts() if self.log.motor_torque is not None else None
+        self.contacts = None
+        if self.log.motor_torque is not None:
+            try:
+                self.contacts = self._contacts()
+            except DescriptionError as error:  # there are no meshes to find a touch on
+                self.warnings.append(f"no residuals and contacts: {error}")
 
     def tare(self, seconds: float) -> str:
         """Take what the robot shows at the beginning for zero; return what was tared.

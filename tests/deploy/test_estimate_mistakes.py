@@ -1,5 +1,7 @@
 """What ``wrenchbus estimate`` refuses, and how it says so."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -123,6 +125,19 @@ def test_gaps_are_warned_of(robot, tmp_path, capsys):
     np.savez(source, allow_pickle=False, **arrays)
     assert run(["estimate", str(source), "-o", str(tmp_path / "out.npz")]) == 0
     assert "1 gaps or odd steps of the stamps, first at index 30" in capsys.readouterr().err
+
+
+def test_without_meshes_there_are_torques_but_no_contacts(tmp_path, capsys):
+    file = Path(__file__).parents[1] / "robot_model" / "data" / "arm.yaml"
+    arm, source, out = load_robot(file), tmp_path / "log.npz", tmp_path / "out.npz"
+    still = np.zeros((SIZE, arm.n))
+    arrays = {"stamp": 1_000_000 * np.arange(SIZE), "q": still, "motor_torque": still}
+    arrays |= {f"ft_{sensor}": np.zeros((SIZE, 6)) for sensor in arm.ft_sensors}
+    np.savez(source, allow_pickle=False, **arrays, fixed_link=np.array(arm.base_link))
+    assert run(["estimate", "--robot", str(file), str(source), "-o", str(out)]) == 0
+    assert "no residuals and contacts" in capsys.readouterr().err
+    with np.load(out) as found:
+        assert found["valid_joint_torque"].any() and "residual_internal" not in found.files
 
 
 def test_files_that_are_no_logs_are_one_line(tmp_path, capsys):
