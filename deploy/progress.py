@@ -1,4 +1,4 @@
-"""A progress bar on standard error, where that is a terminal."""
+"""Progress bars; on standard error, where that is a terminal."""
 
 import time
 
@@ -6,6 +6,12 @@ from deploy.terminal import clear, draw
 
 WIDTH = 30
 REDRAW = 0.1  # s
+
+
+def bar(share: float) -> str:
+    """Return a bar, filled up to a share of 0 to 1."""
+    filled = round(WIDTH * min(1.0, share))
+    return f"[{'#' * filled}{'-' * (WIDTH - filled)}]"
 
 
 class ProgressBar:
@@ -29,10 +35,8 @@ class ProgressBar:
 
     def text(self, done: int, elapsed: float) -> str:
         """Return the bar after some seconds."""
-        filled = WIDTH * done // self._size
-        speed = done * self._period / max(elapsed, 1e-9)
-        line = f"[{'#' * filled}{'-' * (WIDTH - filled)}]"
-        return f"{line} {100 * done // self._size} %  {speed:.1f} x real time"
+        share, speed = done / self._size, done * self._period / max(elapsed, 1e-9)
+        return f"{bar(share)} {100.0 * share:.0f} %  {speed:.1f} x real time"
 
     def end(self) -> None:
         """Remove the bar."""

@@ -10,7 +10,7 @@ LONGEST_STEP = 0.05  # s; over a longer gap nothing is integrated
 
 
 def upward(quat_wxyz: Array) -> Array:
-    """Return the third row of the rotations world from base, (T, 3), of quaternions (T, 4)."""
+    """Return upwards in base axes, (…, 3), of quaternions world from base, (…, 4)."""
     w, x, y, z = (quat_wxyz / np.linalg.norm(quat_wxyz, axis=-1, keepdims=True)).T
     return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)
 
@@ -51,19 +51,5 @@ class EstimatedUpward:
         return self._up
 
     def _estimate(self, frame: SensorFrame, period: float) -> Array | None:
-        quaternions = frame.imu_quat_wxyz
-        if quaternions is not None and not quaternions[0].any():
-            quaternions = None  # an invalid channel carries zeros
-        sample = BaseSample(
-            q=frame.q,
-            dq=frame.dq,
-            ft=frame.ft,
-            gyro=frame.imu_gyro[0],
-            acc=frame.imu_acc[0],
-            quat_wxyz=None if quaternions is None else quaternions[0],
-            joint_valid=frame.joint_valid,
-            ft_valid=frame.ft_valid,
-            imu_valid=bool(frame.imu_valid[0]),
-        )
-        estimate = self._estimator.step(sample, period)
+        estimate = self._estimator.step(BaseSample.of(frame), period)
         return None if estimate.reason else estimate.rotation[2]
