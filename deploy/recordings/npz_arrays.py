@@ -55,7 +55,7 @@ def check_rising(stamp: Array, file: Path) -> None:
 
 def joint_rows(arrays: Mapping[str, Array], robot: Robot, file: Path) -> Array:
     """Return the indices in the robot's order of the columns' joints."""
-    names = [str(name) for name in arrays.get("joint_names", np.array(robot.joints)).ravel()]
+    names = arrays.get("joint_names", np.array(robot.joints)).ravel().astype(str).tolist()
     for name in names:
         if name not in robot.joints:
             hint = did_you_mean(name, robot.joints)
