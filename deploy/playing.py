@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from deploy.progress import bar as filled
 from deploy.terminal import Keyboard, draw
 
 if TYPE_CHECKING:
@@ -12,7 +13,6 @@ if TYPE_CHECKING:
 JUMP = 5.0  # s
 FASTER = 2.0
 REDRAW = 0.1  # s
-WIDTH = 30
 HELP = "space pause  s step  left/right 5 s  up/down speed  q quit"
 
 
@@ -53,7 +53,6 @@ class Controls:
 def bar(told: dict[str, Any]) -> str:
     """Return the progress of a player, given its status."""
     duration = max(told["duration"], 1e-9)
-    done = round(WIDTH * min(1.0, told["position"] / duration))
     state = "ended" if told["ended"] else "paused" if told["paused"] else f"x{told['rate']:g}"
-    line = f"[{'#' * done}{'-' * (WIDTH - done)}]"
+    line = filled(told["position"] / duration)
     return f"{line} {told['position']:.1f} / {duration:.1f} s  {state}  {HELP}"

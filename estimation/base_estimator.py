@@ -18,6 +18,7 @@ from estimation.leg_odometry import LegOdometry, base_velocity, heading
 from estimation.rotations import Quaternion, Rows, Vector, add, dot, rotate, rotate_back
 from estimation.support_kinematics import FrameMotion, Support, SupportKinematics
 from robot_model import Robot
+from robot_model.messages import SensorFrame
 
 GRAVITY = 9.81  # m/s^2
 ZERO = (0.0, 0.0, 0.0)
@@ -50,6 +51,24 @@ class BaseSample(NamedTuple):
     joint_valid: np.ndarray  # (n,)
     ft_valid: np.ndarray  # (k,)
     imu_valid: bool
+
+    @classmethod
+    def of(cls, frame: SensorFrame, use_orientation: bool = True) -> "BaseSample":
+        """Return what a sensor frame tells; an invalid orientation, all zeros, is none."""
+        quaternions = frame.imu_quat_wxyz if use_orientation else None
+        if quaternions is not None and not quaternions[0].any():
+            quaternions = None
+        return cls(
+            q=frame.q,
+            dq=frame.dq,
+            ft=frame.ft,
+            gyro=frame.imu_gyro[0],
+            acc=frame.imu_acc[0],
+            quat_wxyz=None if quaternions is None else quaternions[0],
+            joint_valid=frame.joint_valid,
+            ft_valid=frame.ft_valid,
+            imu_valid=bool(frame.imu_valid[0]),
+        )
 
     @property
     def orientation(self) -> Quaternion | None:

@@ -1,18 +1,13 @@
 """``wrenchbus graph``: the Enhanced Oriented Graph of a robot as a picture."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from deploy.errors import CommandError, UsageError
 from deploy.graph_picture.view import View
-from deploy.options import vector
 from deploy.output import print_line, print_warning
-
-if TYPE_CHECKING:
-    from estimation.contact_set import Touch
-    from robot_model import Robot
 
 
 def graph(
@@ -48,15 +43,16 @@ def graph(
 
 def _picture(name: str, contacts: list[str], support: str | None, view: View) -> str:
     """Return the SVG; what the user got wrong is a UsageError."""
+    from deploy.contacts import full_wrenches, read_touch, support_of
     from deploy.graph_picture.picture import graph_svg
     from estimation.contact_set import contact_set
     from estimation.enhanced_graph import enhanced_graph
     from robot_model import DescriptionError, load_robot
 
-    touches = [_touch(text) for text in contacts]
+    touches = full_wrenches(map(read_touch, contacts))
     try:
         robot = load_robot(name)
-        support = _support(robot, support)
+        support = support_of(robot, support)
         placed = contact_set(robot, support, touches)
     except (DescriptionError, LookupError, ValueError) as error:
         raise UsageError(str(error)) from None
@@ -67,15 +63,3 @@ def _picture(name: str, contacts: list[str], support: str | None, view: View) ->
     notes = {contact.frame: f"({contact.kind})" for contact in placed}
     root = robot.frame(robot.base_link)[0]
     return graph_svg(enhanced_graph(robot, placed), root, names, notes, view)
-
-
-def _touch(text: str) -> "Touch":
-    """Read ``FRAME`` or ``FRAME:X,Y,Z``."""
-    import numpy as np
-
-    frame, colon, point = text.partition(":")
-    return frame, np.array(vector(point) if colon else (0.0, 0.0, 0.0))
-
-
-def _support(robot: "Robot", wanted: str | None) -> str:
-    return wanted or ("floor" if "floor" in robot.supports else "none")

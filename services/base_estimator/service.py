@@ -85,30 +85,13 @@ class BaseService:
             return
         dt = 1e-9 * (envelope.stamp - self._estimated)
         self._estimated = envelope.stamp
-        estimate = self._estimator.step(
-            self._sample(frame), dt if 0.0 < dt <= LONGEST_STEP else 0.0
-        )
+        sample = BaseSample.of(frame, self._config.use_orientation)
+        estimate = self._estimator.step(sample, dt if 0.0 < dt <= LONGEST_STEP else 0.0)
         self._reason = estimate.reason
         if estimate.reason:
             self._write_nothing(estimate.reason)
         else:
             self._output.write(_message(estimate), like=envelope)
-
-    def _sample(self, frame: SensorFrame) -> BaseSample:
-        quaternions = frame.imu_quat_wxyz if self._config.use_orientation else None
-        if quaternions is not None and not quaternions[0].any():
-            quaternions = None  # an invalid channel carries zeros
-        return BaseSample(
-            q=frame.q,
-            dq=frame.dq,
-            ft=frame.ft,
-            gyro=frame.imu_gyro[0],
-            acc=frame.imu_acc[0],
-            quat_wxyz=None if quaternions is None else quaternions[0],
-            joint_valid=frame.joint_valid,
-            ft_valid=frame.ft_valid,
-            imu_valid=bool(frame.imu_valid[0]),
-        )
 
     def _complain(self, reason: str) -> None:
         now = time.monotonic()

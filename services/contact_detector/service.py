@@ -11,6 +11,7 @@ from bus.rhythm import Rhythm
 from estimation.contact_detector import ContactDetector
 from estimation.limb_monitor import LimbFlag
 from estimation.localisation import NOWHERE, Localisation
+from estimation.log_attitude import upward
 from estimation.residual_bank import ResidualBank
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, Contacts, Residuals, SensorFrame
@@ -155,8 +156,7 @@ class ContactService:
             return None
         if latest is None or not self._base.fresh or not latest.envelope.valid:
             return None
-        w, x, y, z = latest.data.quat_wxyz
-        return np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+        return upward(latest.data.quat_wxyz)
 
     def _detect(self, frame: SensorFrame, stamp: int) -> None:
         self._flags = self.detector.step(frame, stamp)

@@ -1,0 +1,1 @@
+"""``wrenchbus estimate``: torques, wrenches and contacts of a log, without a bus."""

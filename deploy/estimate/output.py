@@ -1,0 +1,80 @@
+"""What an estimate is written as: arrays over time in one npz (docs/estimate.md)."""
+
+import zipfile
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.lib import format as npy
+
+from deploy.contacts import Touch
+from deploy.errors import CommandError
+from deploy.estimate.run import Estimation
+from deploy.recordings.columns import save_into
+from estimation.log_contacts import RESIDUALS, ContactLog
+
+Array = np.ndarray
+
+
+def arrays_of(estimation: Estimation, touches: Iterable[Touch] = ()) -> dict[str, Array]:
+    """Return the arrays by name; of ``touches`` those without a wrench are left out."""
+    found, robot = estimation.found, estimation.robot
+    arrays = {
+        "stamp": estimation.log.stamp,
+        "joint_names": np.array(robot.joints),
+        "joint_torque": found.torque,
+        "joint_torque_std": found.torque_std,
+        "valid_joint_torque": found.torque_valid,
+    }
+    silent = {robot.subtree_of(touch.frame) for touch in touches if touch.unknown == "none"}
+    arrays |= _wrenches(estimation, silent)
+    for index, sensor in enumerate(robot.ft_sensors):
+        arrays[f"ft_predicted_{sensor}"] = found.predicted[:, index]
+    if estimation.contacts is not None:
+        arrays |= _residuals(estimation.contacts)
+    return arrays
+
+
+def _wrenches(estimation: Estimation, silent: set[int]) -> dict[str, Array]:
+    found, arrays = estimation.found, {}
+    contacts = estimation.observer.contacts
+    names = numbered(contact.frame for contact in contacts)
+    for index, (name, contact) in enumerate(zip(names, contacts, strict=True)):
+        if contact.subtree not in silent:
+            arrays[f"wrench_{name}"] = found.wrench[:, index]
+            arrays[f"wrench_{name}_std"] = found.wrench_std[:, index]
+            valid = found.wrench_valid[:, index]
+            arrays[f"valid_wrench_{name}"] = np.repeat(valid[:, None], 6, axis=1)
+    return arrays
+
+
+def numbered(names: Iterable[str]) -> list[str]:
+    """Return names that differ: the second of a name gets ``_2``."""
+    seen: Counter[str] = Counter()
+    result = []
+    for name in names:
+        seen[name] += 1
+        result.append(f"{name}_{seen[name]}" if seen[name] > 1 else name)
+    return result
+
+
+def _residuals(contacts: ContactLog) -> dict[str, Array]:
+    arrays = {}
+    for name in RESIDUALS:
+        arrays[f"residual_{name}"], arrays[f"valid_residual_{name}"] = contacts.residual(name)
+    places = contacts.hypotheses()
+    arrays["none_probability"] = places.pop("none_probability")
+    arrays |= {f"contact_{name}": table for name, table in places.items()}
+    return arrays | {"valid_contact": contacts.valid}
+
+
+def write_npz(arrays: Mapping[str, Array], out: Path) -> None:
+    """Write the arrays; CommandError when that is not possible."""
+    try:
+        with zipfile.ZipFile(out, "w") as archive:
+            for name, array in arrays.items():
+                save_into(archive, name, partial(npy.write_array, array=array))
+    except OSError as error:
+        raise CommandError(f"cannot write {out}: {error.strerror or error}") from None

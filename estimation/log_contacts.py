@@ -1,0 +1,145 @@
+"""Residuals and contacts over a log, as the contact detector says them live."""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from estimation.contact_detector import ContactDetector
+from estimation.localisation import NOWHERE, Localisation
+from estimation.quiet_period import QuietPeriod
+from estimation.residual_bank import ResidualBank
+from estimation.sensor_log import SensorBlock
+from robot_model.messages import SensorFrame
+
+Array = np.ndarray
+Upward = Callable[[SensorFrame, int], Array | None]  # of a frame and its row: (3,) in base axes
+AT_ONCE = -(1 << 62)  # ns, before every stamp
+UNKNOWN = Localisation((), 0.0)
+RESIDUALS = ("internal", "external", "classical")
+
+
+class ContactLog:
+    """Collects residuals and places of touches; T samples. Invalid entries are 0.0.
+
+    Forces are integrated at every sample. As in the live detector, residuals and flags
+    are computed at ``rate``, places at ``locate_rate``; in between the last ones hold.
+
+    Args:
+        detector, bank: The mathematics, of one robot and support.
+        size: T, number of samples of the log.
+        rate, locate_rate: Hz.
+        upward: Tells where up is; None where the bank needs no attitude.
+    """
+
+    def __init__(
+        self,
+        detector: ContactDetector,
+        bank: ResidualBank,
+        size: int,
+        rate: float = 250.0,
+        locate_rate: float = 20.0,
+        upward: Upward | None = None,
+    ):
+        self.detector, self.bank = detector, bank
+        self._upward = upward or (lambda frame, row: None)
+        self._period, self._locate_period = round(1e9 / rate), round(1e9 / locate_rate)
+        self._next = self._next_location = AT_ONCE  # stamps, ns
+        n = bank.robot.n
+        # what was said at the samples at which it was due; the row after the last says nothing
+        widths = zip(RESIDUALS, (n, 6, n), strict=True)
+        self._residuals = {name: np.zeros((size + 1, width)) for name, width in widths}
+        self._residuals_valid = {name: np.zeros(size + 1, dtype=bool) for name in RESIDUALS}
+        self._judged = np.zeros(size + 1, dtype=bool)
+        self._place = np.zeros(size + 1, dtype=int)  # index in ``_found``
+        self._found = [UNKNOWN, NOWHERE]
+        self._due = np.full(size, size)  # row that holds at each sample
+
+    def tare(self, blocks: Iterable[SensorBlock]) -> None:
+        """Take what a resting robot shows for zero, then forget the samples.
+
+        Raises:
+            MovingError: The robot moves, or channels are missing.
+        """
+        period = QuietPeriod(self.bank.robot.joints)
+        for block in blocks:
+            for i, stamp in enumerate(block.stamp.tolist()):
+                if self._step(block.frame(i), block.rows.start + i, stamp) and block.complete:
+                    self._collect(period, block.frame(i))
+        quiet = period.finish()
+        self.detector.tare(quiet)
+        self.bank.tare(quiet)
+        self._restart()
+
+    def add(self, block: SensorBlock) -> None:
+        """Take some samples."""
+        for row, stamp in enumerate(block.stamp.tolist(), start=block.rows.start):
+            frame = block.frame(row - block.rows.start)
+            if self._step(frame, row, stamp):
+                self._keep(row)
+                self._locate(frame, row, stamp)
+                self._last = row
+            self._due[row] = self._last
+
+    def _step(self, frame: SensorFrame, row: int, stamp: int) -> bool:
+        """Take one sample; return whether residuals and flags were due."""
+        due = stamp >= self._next
+        self.bank.step(frame, stamp, self._upward(frame, row), due)
+        if due:
+            self._next = max(self._next + self._period, stamp + self._period // 2)
+            self._flags = self.detector.step(frame, stamp)
+        return due
+
+    def _collect(self, period: QuietPeriod, frame: SensorFrame) -> None:
+        rows, untared = self.detector.rows, self.detector.untared_rows
+        period.add(frame, untared, rows.predicted, rows.wrenches(untared), self.bank.values)
+
+    def _restart(self) -> None:
+        self.detector.reset()
+        self.bank.reset()
+        self._next = AT_ONCE
+
+    def _keep(self, row: int) -> None:
+        message = self.bank.message()
+        for name in RESIDUALS:
+            self._residuals[name][row] = getattr(message, name)
+            self._residuals_valid[name][row] = getattr(message, f"valid_{name}")
+        self._judged[row] = any(flag.valid for flag in self._flags)
+
+    def _locate(self, frame: SensorFrame, row: int, stamp: int) -> None:
+        if not self.detector.touched:
+            self._next_location = AT_ONCE
+            self._where = 1 if self._judged[row] else 0
+        elif stamp >= self._next_location:
+            self._found.append(self.detector.locate(frame))
+            self._where = len(self._found) - 1
+            self._next_location = stamp + self._locate_period
+        self._place[row] = self._where
+
+    def residual(self, name: str) -> tuple[Array, Array]:
+        """Return a residual, (T, n) or external (T, 6), and where it is valid (T,)."""
+        return self._residuals[name][self._due], self._residuals_valid[name][self._due]
+
+    @property
+    def valid(self) -> Array:
+        """Whether any limb could be judged, (T,)."""
+        return self._judged[self._due]
+
+    def hypotheses(self, most: int = 3) -> dict[str, Array]:
+        """Return the likeliest places of every sample, best first.
+
+        ``probability`` (T, most); ``link`` (T, most) names, of several links that the data
+        cannot tell apart the first, "" where there is no place; ``point`` [m] and ``force``
+        [N] (T, most, 3) in the link's frame; ``none_probability`` (T,) that no touch explains
+        the data, 1 without a touch, 0 where nothing is known.
+        """
+        size = len(self._found)
+        probability, link = np.zeros((size, most)), [[""] * most for _ in range(size)]
+        point, force = np.zeros((2, size, most, 3))
+        for row, found in enumerate(self._found):
+            for rank, one in enumerate(found.hypotheses[:most]):
+                probability[row, rank], link[row][rank] = one.probability, one.links[0]
+                point[row, rank], force[row, rank] = one.point, one.force
+        tables = {"probability": probability, "link": np.array(link, dtype=str)}
+        tables |= {"point": point, "force": force}
+        tables["none_probability"] = np.array([found.none_probability for found in self._found])
+        return {name: table[self._place[self._due]] for name, table in tables.items()}
