@@ -1,25 +1,14 @@
 """Contacts as they are typed: ``FRAME[:X,Y,Z][:wrench|force|none|direction=X,Y,Z]``."""
 
-from collections.abc import Iterable
-from typing import NamedTuple
-
 import numpy as np
 
 from deploy.errors import UsageError
+from estimation.contact_set import Touch
 from robot_model import Robot
 
 UNKNOWNS = ("wrench", "force", "none")
 DIRECTION = "direction="
 FORM = "FRAME[:X,Y,Z][:wrench|force|none|direction=X,Y,Z]"
-
-
-class Touch(NamedTuple):
-    """Where the world may act on the robot, and what is unknown of how."""
-
-    frame: str
-    point: np.ndarray  # (3,) m, in the frame
-    unknown: str = "wrench"  # wrench, force, direction, known, none
-    vector: np.ndarray | None = None  # (3,) of a direction
 
 
 def read_touch(text: str) -> Touch:
@@ -60,19 +49,6 @@ def _vector(part: str, text: str) -> np.ndarray:
     if not np.isfinite((x, y, z)).all():
         raise UsageError(f"contact: expected finite numbers, got {part!r} in {text!r}")
     return np.array([x, y, z])
-
-
-def full_wrenches(touches: Iterable[Touch]) -> list[tuple[str, np.ndarray]]:
-    """Return frames and points, which is all that the observer takes as yet."""
-    placed = []
-    for touch in touches:
-        if touch.unknown != "wrench":
-            raise UsageError(
-                f"contact on '{touch.frame}': only full wrenches are estimated as yet,"
-                f" got {touch.unknown!r}"
-            )
-        placed.append((touch.frame, touch.point))
-    return placed
 
 
 def support_of(robot: Robot, wanted: str | None) -> str:

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.lib import format as npy
 
-from deploy.contacts import Touch
 from deploy.errors import CommandError
 from deploy.estimate.run import Estimation
 from deploy.recordings.columns import save_into
@@ -18,8 +17,8 @@ from estimation.log_contacts import RESIDUALS, ContactLog
 Array = np.ndarray
 
 
-def arrays_of(estimation: Estimation, touches: Iterable[Touch] = ()) -> dict[str, Array]:
-    """Return the arrays by name; of ``touches`` those without a wrench are left out."""
+def arrays_of(estimation: Estimation) -> dict[str, Array]:
+    """Return the arrays by name."""
     found, robot = estimation.found, estimation.robot
     arrays = {
         "stamp": estimation.log.stamp,
@@ -28,8 +27,7 @@ def arrays_of(estimation: Estimation, touches: Iterable[Touch] = ()) -> dict[str
         "joint_torque_std": found.torque_std,
         "valid_joint_torque": found.torque_valid,
     }
-    silent = {robot.subtree_of(touch.frame) for touch in touches if touch.unknown == "none"}
-    arrays |= _wrenches(estimation, silent)
+    arrays |= _wrenches(estimation)
     for index, sensor in enumerate(robot.ft_sensors):
         arrays[f"ft_predicted_{sensor}"] = found.predicted[:, index]
     if estimation.contacts is not None:
@@ -37,16 +35,13 @@ def arrays_of(estimation: Estimation, touches: Iterable[Touch] = ()) -> dict[str
     return arrays
 
 
-def _wrenches(estimation: Estimation, silent: set[int]) -> dict[str, Array]:
+def _wrenches(estimation: Estimation) -> dict[str, Array]:
     found, arrays = estimation.found, {}
-    contacts = estimation.observer.contacts
-    names = numbered(contact.frame for contact in contacts)
-    for index, (name, contact) in enumerate(zip(names, contacts, strict=True)):
-        if contact.subtree not in silent:
-            arrays[f"wrench_{name}"] = found.wrench[:, index]
-            arrays[f"wrench_{name}_std"] = found.wrench_std[:, index]
-            valid = found.wrench_valid[:, index]
-            arrays[f"valid_wrench_{name}"] = np.repeat(valid[:, None], 6, axis=1)
+    for index, name in enumerate(numbered(c.frame for c in estimation.observer.contacts)):
+        arrays[f"wrench_{name}"] = found.wrench[:, index]
+        arrays[f"wrench_{name}_std"] = found.wrench_std[:, index]
+        valid = found.wrench_valid[:, index]
+        arrays[f"valid_wrench_{name}"] = np.repeat(valid[:, None], 6, axis=1)
     return arrays
 
 

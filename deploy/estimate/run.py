@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from deploy.contacts import Touch, full_wrenches
 from deploy.errors import CommandError, UsageError
 from deploy.estimate.given import Given
 from deploy.estimate.settings import Settings, default_settings
 from estimation.base_estimator import BaseEstimator
 from estimation.contact_detector import ContactDetector
+from estimation.contact_set import Touch
 from estimation.log_attitude import EstimatedUpward, GivenUpward
 from estimation.log_contacts import ContactLog, Upward
 from estimation.log_filter import LogFilter
@@ -51,7 +51,7 @@ class Estimation:
         self._settings = settings or default_settings()
         try:
             self.observer = TorqueObserver(self.robot, support)
-            self.observer.set_contacts(full_wrenches(touches))
+            self.observer.set_contacts(touches)
         except (LookupError, ValueError) as error:
             raise UsageError(str(error.args[0])) from None
         self._filter = self._filter_of(self.log)

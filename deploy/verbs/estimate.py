@@ -53,7 +53,7 @@ def estimate(
     _run(estimation)
     from deploy.estimate.output import arrays_of, write_npz
 
-    arrays = arrays_of(estimation, touches)
+    arrays = arrays_of(estimation)
     write_npz(arrays, out)
     _tell(_summary(estimation, out, time.monotonic() - begin), as_json)
 

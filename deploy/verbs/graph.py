@@ -7,7 +7,7 @@ import typer
 
 from deploy.errors import CommandError, UsageError
 from deploy.graph_picture.view import View
-from deploy.output import print_line, print_warning
+from deploy.output import print_line
 
 
 def graph(
@@ -15,7 +15,7 @@ def graph(
     contact: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="FRAME[:X,Y,Z]",
+            metavar="FRAME[:X,Y,Z][:wrench|force|none|direction=X,Y,Z]",
             help="Link or frame that is touched, and the point in it [m]; repeatable.",
         ),
     ] = None,
@@ -43,22 +43,19 @@ def graph(
 
 def _picture(name: str, contacts: list[str], support: str | None, view: View) -> str:
     """Return the SVG; what the user got wrong is a UsageError."""
-    from deploy.contacts import full_wrenches, read_touch, support_of
+    from deploy.contacts import read_touch, support_of
     from deploy.graph_picture.picture import graph_svg
     from estimation.contact_set import contact_set
     from estimation.enhanced_graph import enhanced_graph
     from robot_model import DescriptionError, load_robot
 
-    touches = full_wrenches(map(read_touch, contacts))
+    touches = [read_touch(text) for text in contacts]
     try:
         robot = load_robot(name)
         support = support_of(robot, support)
         placed = contact_set(robot, support, touches)
     except (DescriptionError, LookupError, ValueError) as error:
         raise UsageError(str(error)) from None
-    for frame in sorted(set(robot.supports[support]) - {c.frame for c in placed}):
-        shared = placed[robot.subtree_of(frame)].frame
-        print_warning(f"{frame} shares a sub-graph with {shared}, which stands for both")
     names = [subtree.name for subtree in robot.subtrees]
     notes = {contact.frame: f"({contact.kind})" for contact in placed}
     root = robot.frame(robot.base_link)[0]

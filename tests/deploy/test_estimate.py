@@ -4,10 +4,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from deploy.contacts import Touch
-from deploy.estimate.given import read_input
-from deploy.estimate.output import arrays_of, numbered
-from deploy.estimate.run import Estimation
 from deploy.progress import ProgressBar
 from robot_model import Robot, load_robot
 from tests.deploy.simulated_log import (
@@ -185,18 +181,20 @@ def test_a_tare_takes_biases_off(robot, standing, tmp_path, capsys):
     assert plain["none_probability"][-1] < 1.0 and tared["none_probability"][-1] == 1.0
 
 
-def test_a_contact_without_a_wrench_is_not_reported(robot, hanging, tmp_path):
-    np.savez(tmp_path / "log.npz", allow_pickle=False, **hanging.arrays)
-    estimation = Estimation(read_input(tmp_path / "log.npz", robot), "pole")
-    estimation.run(lambda done: None)
-    silent = [Touch(LINK, np.zeros(3), "none")]
-    assert "wrench_l_hand_dh_frame" in arrays_of(estimation)
-    assert "wrench_l_hand_dh_frame" not in arrays_of(estimation, silent)
-    assert "wrench_r_hand_dh_frame" in arrays_of(estimation, silent)
+def test_a_limb_that_nothing_touches_has_no_wrench(standing, tmp_path):
+    found = estimated(standing.arrays, tmp_path, "--contact", f"{LINK}:none")
+    assert "wrench_l_hand_dh_frame" not in found and f"wrench_{LINK}" not in found
+    assert "wrench_r_hand_dh_frame" in found
 
 
-def test_a_second_contact_on_a_frame_has_a_name_of_its_own():
-    assert numbered(["chest", "l_hand", "chest"]) == ["chest", "l_hand", "chest_2"]
+@pytest.mark.parametrize("kind", ["force", f"direction={','.join(str(-f) for f in FORCE)}"])
+def test_what_is_known_of_a_push_tells_it_from_a_second_contact(kind, standing, tmp_path):
+    """The second one is on the same frame, and has a name of its own."""
+    contacts = ("--contact", f"{TOUCH}:{kind}", "--contact", f"{LINK}:0.01,0.02,0:direction=1,0,0")
+    found = estimated(standing.arrays, tmp_path, *contacts)
+    assert abs(found[f"wrench_{LINK}"][PUSHED:, :3] - FORCE).max() < 1e-6
+    assert abs(found[f"wrench_{LINK}_2"]).max() < 1e-6
+    assert abs(found["joint_torque"] - standing.true("link_torque")).max() < 1e-6
 
 
 def test_the_progress_bar_tells_share_and_speed():
