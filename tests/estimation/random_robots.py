@@ -1,6 +1,7 @@
 """Robots for tests: any tree of links and joints, and iCub with other sensors."""
 
 import json
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -111,5 +112,29 @@ def icub_with(directory: Path, sensors: Sequence[str]) -> Robot:
     rows = description["ft_sensors"]
     description["ft_sensors"] = [row for row in rows if row["name"] in sensors]
     file = directory / f"icub_{len(sensors)}.yaml"
+    file.write_text(yaml.safe_dump(description))
+    return load_robot(file)
+
+
+def small_icub(directory: Path) -> Robot:
+    """Return iCub with neck and wrists locked and no sensors in its feet: n = 23, k = 4.
+
+    The URDF is a copy without the feet's sensor elements, which the peer would use.
+    """
+    description = yaml.safe_load((DESCRIPTIONS / "icub.yaml").read_text())
+    locked = {
+        r["name"] for r in description["joints"] if "neck" in r["name"] or "wrist" in r["name"]
+    }
+    description["joints"] = [row for row in description["joints"] if row["name"] not in locked]
+    description["locked_joints"] = dict.fromkeys(locked, 0.0)
+    feet = {row["name"] for row in description["ft_sensors"] if "foot" in row["name"]}
+    description["ft_sensors"] = [r for r in description["ft_sensors"] if r["name"] not in feet]
+    tree = ElementTree.parse(load_robot("icub").urdf.path)
+    for element in tree.getroot().findall("sensor"):
+        if element.get("name") in feet:
+            tree.getroot().remove(element)
+    tree.write(directory / "model.urdf")
+    description["urdf"] = {"path": "model.urdf"}
+    file = directory / "icub_23.yaml"
     file.write_text(yaml.safe_dump(description))
     return load_robot(file)
