@@ -5,6 +5,7 @@ import typer
 from deploy.verbs import (
     check,
     clock,
+    experiment,
     graph,
     latency,
     log_group,
@@ -74,5 +75,6 @@ add(robot.push, "push", "push l_forearm --force 0,0,-15 --frame world --duration
 add(robot.tare, "tare", "tare --seconds 1")
 add(robot.stop, "stop", "stop --release")
 add(graph.graph, "graph", "graph --robot icub --contact l_forearm -o graph.svg")
+add(experiment.experiment, "experiment", "experiment ft_prediction --runs 3 -o results")
 add(latency.latency_test, "latency-test", "latency-test --size 4096 --rate 1000")
 add(check.check, "check", "check --json")

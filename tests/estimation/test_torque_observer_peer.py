@@ -45,8 +45,9 @@ def test_every_sensors_prediction_is_idyntrees_reading_without_contacts(pair):
 
 
 def test_each_sensor_moves_its_two_subtrees_as_in_idyntree(pair):
-    for sensor in range(len(pair[0].robot.ft_sensors)):
-        moves_its_two_subtrees(*pair, sensor)
+    observer, peer = pair
+    for sensor in range(len(observer.robot.ft_sensors)):
+        moves_its_two_subtrees(observer, peer, sensor)
 
 
 def moves_its_two_subtrees(observer, peer, sensor):
