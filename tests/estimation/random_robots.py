@@ -22,7 +22,8 @@ def described_robot(directory: Path, joints: Sequence[Row], imus: Sequence[str])
     """
     count = 1 + max(max(joint["parent"], joint["child"]) for joint in joints)
     rng = np.random.default_rng(count)
-    parts = [*(_link(i, rng) for i in range(count)), *map(_joint, joints)]
+    sensors = [row for row in joints if row["type"] == "sensor"]
+    parts = [*(_link(i, rng) for i in range(count)), *map(_joint, joints), *map(_sensor, sensors)]
     urdf = directory / "robot.urdf"
     urdf.write_text('<robot name="random">' + "".join(parts) + "</robot>")
     file = directory / "robot.yaml"
@@ -51,6 +52,21 @@ def random_joints(rng: np.random.Generator, count: int, sensors: float) -> list[
     ]
 
 
+def limbed_robot(directory: Path, joints: int, sensors: int) -> Robot:
+    """Return a robot with one limb per sensor, the sensor beyond the limb's first joint."""
+    rng, rows = np.random.default_rng(joints), []
+    for limb in range(sensors):
+        length = joints // sensors + (limb < joints % sensors)
+        parent = 0
+        for kind in ["revolute", "sensor", *["revolute"] * (length - 1)]:
+            place = {"xyz": rng.uniform(-0.2, 0.2, 3), "rpy": rng.uniform(-3.0, 3.0, 3)}
+            child = len(rows) + 1
+            rows.append({"type": kind, "child": child, "parent": parent, **place})
+            rows[-1]["axis"] = rng.normal(size=3)
+            parent = child
+    return described_robot(directory, rows, ["link0"])
+
+
 def _text(vector: Sequence[float]) -> str:
     return " ".join(f"{x:.17g}" for x in vector)
 
@@ -77,6 +93,15 @@ def _joint(row: Row) -> str:
         f'<parent link="link{row["parent"]}"/><child link="link{row["child"]}"/>'
         f'<axis xyz="{_text(row["axis"])}"/>'
         '<limit lower="-2" upper="2" velocity="5" effort="100"/></joint>'
+    )
+
+
+def _sensor(row: Row) -> str:
+    return (
+        f'<sensor name="ft{row["child"]}" type="force_torque">'
+        f'<parent joint="joint{row["child"]}"/><force_torque><frame>child</frame>'
+        "<measure_direction>child_to_parent</measure_direction></force_torque>"
+        '<origin xyz="0 0 0" rpy="0 0 0"/></sensor>'
     )
 
 

@@ -6,6 +6,7 @@ import pytest
 from benchmarks.idyntree_observer import IdyntreeObserver
 from estimation.torque_observer import TorqueObserver
 from tests.estimation.observer_states import random_input
+from tests.estimation.random_robots import limbed_robot
 
 STATES = 500
 
@@ -65,3 +66,18 @@ def moves_its_two_subtrees(observer, peer, sensor):
         i for i, subtree in enumerate(observer.robot.subtrees) if sensor in subtree.ft_out
     )
     assert moved == {child, parent}
+
+
+@pytest.mark.parametrize(("joints", "sensors"), [(7, 1), (36, 12), (100, 6)])
+def test_robots_of_any_size_equal_idyntrees(tmp_path, joints, sensors):
+    robot = limbed_robot(tmp_path, joints, sensors)
+    assert (robot.n, len(robot.ft_sensors)) == (joints, sensors)
+    observer = TorqueObserver(robot, "none")
+    peer = IdyntreeObserver(robot, [contact.frame for contact in observer.contacts])
+    rng = np.random.default_rng(joints)
+    for _ in range(20):
+        state = random_input(robot, rng)
+        ours = observer.step(*state)
+        torque, wrench = peer.step(*state._replace(ft=-state.ft))
+        assert relative(ours.torque, torque) < 1e-9
+        assert relative(ours.wrench, peer.in_frame_axes(wrench)) < 1e-9
