@@ -5,6 +5,8 @@ plant tells what it exerts: w and J' w, eq. (4.3.1). The estimate of the torques
 change since the robot rested untouched, as there.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from experiments.conditions import (
@@ -20,6 +22,7 @@ from experiments.conditions import (
 from experiments.hand_touch import EVERY, Limb, Sample, first_limb, touch
 from experiments.line_figure import Panel, figure_svg
 from experiments.report import Report, csv_text, markdown_table
+from experiments.stimulus import Stimulus, stimuli
 from robot_model import Robot
 
 Array = np.ndarray
@@ -27,14 +30,16 @@ NAME = "external_wrench"
 SHOWN = Case(REALISTIC, 0)
 
 
-def run(robot: Robot, seed: int = 1, runs: int = 3, length: int | None = None) -> Report:
+def run(
+    robot: Robot, seed: int = 1, runs: int = 3, exerted: Sequence[Stimulus] | None = None
+) -> Report:
     """Exert known wrenches on the end of the first sensor's limb, and compare.
 
     Args:
         robot: A robot with force/torque sensors.
         seed: Of the biases and mass errors of the first run.
         runs: How many draws of them.
-        length: How many stimuli of ``stimuli``; all when None.
+        exerted: Wrenches, one after the other; those of ``stimuli`` when None.
 
     Raises:
         ValueError: The robot has no force/torque sensor, or there is no run.
@@ -42,9 +47,10 @@ def run(robot: Robot, seed: int = 1, runs: int = 3, length: int | None = None) -
     if not robot.ft_sensors:
         raise ValueError(f"{robot.name} has no force/torque sensor")
     limb = first_limb(robot)
+    exerted = stimuli() if exerted is None else exerted
     pairs: dict[Case, tuple[Sample, Sample]] = {}
     for pole_run in pole_runs(robot, seed, runs):
-        pairs |= touch(pole_run, limb, length)
+        pairs |= touch(pole_run, limb, exerted)
     statistics = by_case({c: list(_errors(pair, limb)) for c, pair in pairs.items()})
     summary = by_condition(statistics)
     names = _names(robot, limb)

@@ -1,5 +1,6 @@
 """Known wrenches at the end of a limb: what is true and what the observers tell."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from estimation.torque_observer import Estimate
 from experiments.conditions import Case
 from experiments.pole_run import PoleRun
-from experiments.stimulus import PERIOD, Stimulated, stimuli
+from experiments.stimulus import PERIOD, Stimulated, Stimulus
 from robot_model import Robot
 from robot_sim.plant import TICK
 
@@ -39,12 +40,12 @@ def first_limb(robot: Robot) -> Limb:
 
 
 def touch(
-    pole_run: PoleRun[Case], limb: Limb, length: int | None
+    pole_run: PoleRun[Case], limb: Limb, exerted: Sequence[Stimulus]
 ) -> dict[Case, tuple[Sample, Sample]]:
-    """Return the samples of truth and estimate at the same instants, by case."""
+    """Exert one after the other; return truth and estimate of the same instants, by case."""
     stimulated = Stimulated(pole_run.robot, limb.frame)
     recording = _Recording(pole_run, stimulated)
-    for stimulus in stimuli()[:length]:
+    for stimulus in exerted:
         stimulated.push(pole_run.plant, stimulus)
         for _ in range(round(PERIOD * 1e3)):
             pole_run.tick()

@@ -1,5 +1,6 @@
 """Known wrenches at a frame, one component after the other, from pushes on its link."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,11 +23,14 @@ class PointForce(NamedTuple):
     force: Array  # (3,)
 
 
-def stimuli() -> list[list[PointForce]]:
+Stimulus = Sequence[PointForce]  # at once
+
+
+def stimuli() -> list[Stimulus]:
     """Three forces, three couples, and a force beside the frame's origin."""
     axes, origin = np.eye(3), np.zeros(3)
-    forces = [[PointForce(origin, FORCE * axis)] for axis in axes]
-    couples = [
+    forces: list[Stimulus] = [[PointForce(origin, FORCE * axis)] for axis in axes]
+    couples: list[Stimulus] = [
         [
             PointForce(0.5 * LEVER * axes[(i + 1) % 3], FORCE * axes[(i + 2) % 3]),
             PointForce(-0.5 * LEVER * axes[(i + 1) % 3], -FORCE * axes[(i + 2) % 3]),
@@ -46,7 +50,7 @@ class Stimulated:
         self._frame = self._tree.frame_id(frame)
         self._link, self._link_m_frame = robot.frame(frame)
 
-    def push(self, plant: Plant, stimulus: list[PointForce]) -> None:
+    def push(self, plant: Plant, stimulus: Stimulus) -> None:
         """Let a stimulus rise and fall like half a sine from the next step on."""
         place = self._link_m_frame
         for point, force in stimulus:
