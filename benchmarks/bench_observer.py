@@ -1,49 +1,34 @@
-"""Torque observer step beside iDynTree's, from NumPy to NumPy, interleaved in one run."""
+"""Torque observer step beside iDynTree's, from NumPy to NumPy, interleaved in one run.
 
-from collections.abc import Callable
-from time import perf_counter_ns
-from typing import Any
+A step is kinematics, wrenches and torques of iCub (32 joints, 6 sensors). The covariances of
+all wrenches and torques depend on posture and contacts only, so the service computes them ten
+times per second: "with covariance at 10 Hz" is a step and its share of that.
+"""
 
 import numpy as np
 
-from benchmarks.idyntree_observer import IdyntreeObserver
-from estimation.torque_observer import TorqueObserver
+from benchmarks.observer_steps import step_times
+from benchmarks.rows import Row, row
 from robot_model import load_robot
 
-STATES, ROUNDS, BURST = 200, 30, 50
+ROUNDS = 240
+RATIO, LIMIT = 0.6, 100.0  # of iDynTree's step; us
+EVERY = 100  # samples at 1 kHz from one covariance to the next
 
 
-def run(quick: bool = False) -> list[dict[str, Any]]:
-    """Return the median step of both in microseconds, and their ratio."""
-    observer = TorqueObserver(load_robot("icub"))
-    peer = IdyntreeObserver(observer.robot, [contact.frame for contact in observer.contacts])
-    states = _states(observer)
-    peer_states = [(*s[:3], -s[3], *s[4:]) for s in states]  # iDynTree: child on parent
-    ours, theirs = [], []
-    for _ in range(3 if quick else ROUNDS):
-        for start in range(0, STATES, BURST):
-            burst = slice(start, start + BURST)
-            ours += _times(observer.step, states[burst])
-            theirs += _times(peer.step, peer_states[burst])
-    value, other = float(np.median(ours)) * 1e-3, float(np.median(theirs)) * 1e-3
-    name = "torque observer step, NumPy to NumPy"
-    row = {"name": name, "value": value, "unit": "us", "peer": other, "ratio": value / other}
-    return [row]
-
-
-def _states(observer: TorqueObserver) -> list[tuple[np.ndarray, ...]]:
-    rng = np.random.default_rng(0)
-    n, k = observer.robot.n, len(observer.robot.ft_sensors)
-    shapes = (n, n, n, (k, 6), 3, 3, 3)  # q dq ddq ft gyro acc dgyro
-    return [tuple(rng.normal(size=shape) for shape in shapes) for _ in range(STATES)]
-
-
-def _times(step: Callable[..., Any], states: list[tuple[np.ndarray, ...]]) -> list[int]:
-    """Durations of hot steps [ns]; the first of a burst warms the caches and is dropped."""
-    step(*states[0])
-    times = []
-    for state in states:
-        start = perf_counter_ns()
-        step(*state)
-        times.append(perf_counter_ns() - start)
-    return times
+def run(quick: bool = False) -> list[Row]:
+    """Return medians and 99th percentiles in microseconds."""
+    times = step_times(load_robot("icub"), "floor", 12 if quick else ROUNDS)
+    (step, step_99), (covariance, covariance_99), (peer, peer_99) = (
+        np.percentile(times[name], [50.0, 99.0]).tolist() for name in ("step", "covariance", "peer")
+    )
+    shared = step + covariance / EVERY
+    return [
+        row("torque observer step, NumPy to NumPy", step, "us", peer),
+        row("torque observer step, NumPy to NumPy, p99", step_99, "us", peer_99),
+        row("torque observer step by iDynTree's step", step / peer, "times", limit=RATIO),
+        row("covariances of wrenches and torques at one posture", covariance, "us"),
+        row("covariances of wrenches and torques at one posture, p99", covariance_99, "us"),
+        row("torque observer step with covariance at 10 Hz", shared, "us", peer, limit=LIMIT),
+        row("torque observer step with covariance at every sample", step + covariance, "us", peer),
+    ]

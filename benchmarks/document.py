@@ -51,7 +51,8 @@ def _missed(rows: list[Row]) -> str:
 def _section(name: str, rows: list[Row]) -> str:
     title, _, text = (getdoc(import_module(f"benchmarks.bench_{name}")) or name).partition("\n")
     quick = ", a quick run with rough figures" if rows[0]["quick"] else ""
-    when = f"Measured {rows[0]['measured']}, {rows[0]['load']:.1f} cores busy{quick}."
+    nice = f", at nice {rows[0]['nice']}" if rows[0].get("nice") else ""
+    when = f"Measured {rows[0]['measured']}, {rows[0]['load']:.1f} cores busy{nice}{quick}."
     parts = [f"## {title.rstrip('.')}", text.strip(), when, *map(_markdown, tables_of(rows))]
     return "\n\n".join(part for part in parts if part) + "\n"
 

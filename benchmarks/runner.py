@@ -1,5 +1,6 @@
 """Which benchmarks there are, and running one."""
 
+import os
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from datetime import datetime
@@ -40,7 +41,7 @@ def measure(name: str, quick: bool) -> list[Row]:
     with Load() as load, ProcessPoolExecutor(1, get_context("spawn")) as pool:
         rows = pool.submit(_run, name, quick).result()
     blank: dict[str, Any] = dict.fromkeys(KEYS)
-    about = {"load": round(load.cores, 2), "quick": quick}
+    about = {"load": round(load.cores, 2), "quick": quick, "nice": os.nice(0)}
     about["measured"] = datetime.now().isoformat(" ", "minutes")
     return [blank | row | about for row in rows]
 

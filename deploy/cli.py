@@ -6,6 +6,7 @@ from deploy.verbs import (
     check,
     clock,
     estimate,
+    experiment,
     graph,
     latency,
     log_group,
@@ -76,5 +77,6 @@ add(robot.tare, "tare", "tare --seconds 1")
 add(robot.stop, "stop", "stop --release")
 add(graph.graph, "graph", "graph --robot icub --contact l_forearm -o graph.svg")
 add(estimate.estimate, "estimate", "estimate --robot icub walk.mcap -o walk.npz --tare 1")
+add(experiment.experiment, "experiment", "experiment ft_prediction --runs 3 -o results")
 add(latency.latency_test, "latency-test", "latency-test --size 4096 --rate 1000")
 add(check.check, "check", "check --json")

@@ -8,19 +8,36 @@ import json
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from experiments.report import Report
 from experiments.touch_pushes import PLACES, PushGenerator
 from experiments.touch_run import TouchRun, TouchScore
 from robot_model import Robot, load_robot
 from robot_sim import Plant
 
 STANDS = 0.2  # rad/s, faster joints after a push: start again from a standing robot
+
+
+def run(
+    robot: Robot,
+    seed: int = 1,
+    runs: int = 40,
+    profile: str = "realistic",
+    force: float = 15.0,
+    places: str = "surface",
+) -> Report:
+    """Return how ``run_touches`` went."""
+    scores = run_touches(robot, seed, runs, profile, force, places)
+    figures = summary(scores)
+    said = {"profile": profile, "places": places, "seed": seed}
+    listed = {"scores": [asdict(score) for score in scores]}
+    return Report("touch", figures | said | listed, lines(figures, scores))
 
 
 def run_touches(
@@ -111,7 +128,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 def main(arguments: Sequence[str] | None = None) -> None:
     options = parse(sys.argv[1:] if arguments is None else arguments)
     start = time.monotonic()
-    scores = run_touches(
+    report = run(
         load_robot(options.robot),
         options.seed,
         options.runs,
@@ -119,17 +136,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         options.force,
         options.places,
     )
-    figures = summary(scores) | {
-        "profile": options.profile,
-        "places": options.places,
-        "seed": options.seed,
-        "wall_seconds": time.monotonic() - start,
-    }
-    document = json.dumps(figures | {"scores": [asdict(score) for score in scores]}, indent=1)
+    took = {"wall_seconds": time.monotonic() - start}
+    report = replace(report, figures=report.figures | took)
     if options.output is not None:
-        options.output.mkdir(parents=True, exist_ok=True)
-        (options.output / "touch.json").write_text(document + "\n")
-    print(document if options.json else "\n".join(lines(figures, scores)))
+        report.write(options.output)
+    print(json.dumps(report.document, indent=1) if options.json else "\n".join(report.lines))
 
 
 if __name__ == "__main__":

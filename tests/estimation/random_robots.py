@@ -1,6 +1,7 @@
 """Robots for tests: any tree of links and joints, and iCub with other sensors."""
 
 import json
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,8 @@ def described_robot(directory: Path, joints: Sequence[Row], imus: Sequence[str])
     """
     count = 1 + max(max(joint["parent"], joint["child"]) for joint in joints)
     rng = np.random.default_rng(count)
-    parts = [*(_link(i, rng) for i in range(count)), *map(_joint, joints)]
+    sensors = [row for row in joints if row["type"] == "sensor"]
+    parts = [*(_link(i, rng) for i in range(count)), *map(_joint, joints), *map(_sensor, sensors)]
     urdf = directory / "robot.urdf"
     urdf.write_text('<robot name="random">' + "".join(parts) + "</robot>")
     file = directory / "robot.yaml"
@@ -50,6 +52,21 @@ def random_joints(rng: np.random.Generator, count: int, sensors: float) -> list[
     ]
 
 
+def limbed_robot(directory: Path, joints: int, sensors: int) -> Robot:
+    """Return a robot with one limb per sensor, the sensor beyond the limb's first joint."""
+    rng, rows = np.random.default_rng(joints), []
+    for limb in range(sensors):
+        length = joints // sensors + (limb < joints % sensors)
+        parent = 0
+        for kind in ["revolute", "sensor", *["revolute"] * (length - 1)]:
+            place = {"xyz": rng.uniform(-0.2, 0.2, 3), "rpy": rng.uniform(-3.0, 3.0, 3)}
+            child = len(rows) + 1
+            rows.append({"type": kind, "child": child, "parent": parent, **place})
+            rows[-1]["axis"] = rng.normal(size=3)
+            parent = child
+    return described_robot(directory, rows, ["link0"])
+
+
 def _text(vector: Sequence[float]) -> str:
     return " ".join(f"{x:.17g}" for x in vector)
 
@@ -76,6 +93,15 @@ def _joint(row: Row) -> str:
         f'<parent link="link{row["parent"]}"/><child link="link{row["child"]}"/>'
         f'<axis xyz="{_text(row["axis"])}"/>'
         '<limit lower="-2" upper="2" velocity="5" effort="100"/></joint>'
+    )
+
+
+def _sensor(row: Row) -> str:
+    return (
+        f'<sensor name="ft{row["child"]}" type="force_torque">'
+        f'<parent joint="joint{row["child"]}"/><force_torque><frame>child</frame>'
+        "<measure_direction>child_to_parent</measure_direction></force_torque>"
+        '<origin xyz="0 0 0" rpy="0 0 0"/></sensor>'
     )
 
 
@@ -111,5 +137,29 @@ def icub_with(directory: Path, sensors: Sequence[str]) -> Robot:
     rows = description["ft_sensors"]
     description["ft_sensors"] = [row for row in rows if row["name"] in sensors]
     file = directory / f"icub_{len(sensors)}.yaml"
+    file.write_text(yaml.safe_dump(description))
+    return load_robot(file)
+
+
+def small_icub(directory: Path) -> Robot:
+    """Return iCub with neck and wrists locked and no sensors in its feet: n = 23, k = 4.
+
+    The URDF is a copy without the feet's sensor elements, which the peer would use.
+    """
+    description = yaml.safe_load((DESCRIPTIONS / "icub.yaml").read_text())
+    locked = {
+        r["name"] for r in description["joints"] if "neck" in r["name"] or "wrist" in r["name"]
+    }
+    description["joints"] = [row for row in description["joints"] if row["name"] not in locked]
+    description["locked_joints"] = dict.fromkeys(locked, 0.0)
+    feet = {row["name"] for row in description["ft_sensors"] if "foot" in row["name"]}
+    description["ft_sensors"] = [r for r in description["ft_sensors"] if r["name"] not in feet]
+    tree = ElementTree.parse(load_robot("icub").urdf.path)
+    for element in tree.getroot().findall("sensor"):
+        if element.get("name") in feet:
+            tree.getroot().remove(element)
+    tree.write(directory / "model.urdf")
+    description["urdf"] = {"path": "model.urdf"}
+    file = directory / "icub_23.yaml"
     file.write_text(yaml.safe_dump(description))
     return load_robot(file)
