@@ -59,8 +59,9 @@ class Stage:
             return None
 
     def recovered(self) -> float:
-        """Wait until every reader has fresh data; return how long that took [s]."""
+        """Wait until all are ready and every reader has fresh data; return how long it took [s]."""
         began = time.monotonic()
+        eventually(self._ready, RECOVERY, "all to be ready")
         for sink in self.sinks:
             eventually(lambda sink=sink: self._well(sink), RECOVERY, f"fresh data on {sink}")
         return time.monotonic() - began
@@ -137,10 +138,15 @@ class Stage:
             self.unanswered[type(error).__name__] += 1
             return False
 
-    def _well(self, sink: str) -> bool:
+    def _ready(self) -> bool:
+        """Whether all may be asked to end: signals that come before are Python's to handle."""
         for name, process in self.processes.items():
             ended = process.popen.poll()
             assert ended is None, f"{name} ended with {ended}: {process.output}"
+        ready = {owner.pid for owner in self.node.directory.services()}
+        return ready >= {process.pid for process in self.processes.values()}
+
+    def _well(self, sink: str) -> bool:
         report = self.report(sink)
         return report is not None and report["is_fresh"]
 
