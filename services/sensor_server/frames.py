@@ -12,6 +12,7 @@ from robot_model.ft_convention import raw_to_wrenchbus
 from robot_model.messages import SensorFrame
 from services.sensor_server.config import SensorServerConfig
 from services.sensor_server.driver import Driver, Reading
+from services.sensor_server.filters import method_of
 from services.sensor_server.views import Views
 
 INVALID_PERIOD = 0.02  # s between invalid frames while the driver is silent
@@ -39,7 +40,11 @@ class Frames:
         """Take a new filter; its window starts empty."""
         filter = config.filter
         self._pipeline = SensorPipeline(
-            self._robot, period=1.0 / config.rate, delay=filter.delay, bridge=filter.bridge
+            self._robot,
+            period=1.0 / config.rate,
+            delay=filter.delay,
+            bridge=filter.bridge,
+            method=method_of(filter, self._robot),
         )
 
     def publish(self, reading: Reading) -> bool:
