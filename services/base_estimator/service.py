@@ -108,6 +108,7 @@ class BaseService:
             joint_valid=frame.joint_valid,
             ft_valid=frame.ft_valid,
             imu_valid=bool(frame.imu_valid[0]),
+            faults=frame.faults,
         )
 
     def _complain(self, reason: str) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from bus import Node
+from estimation.saturation import Saturation
 from estimation.sensor_pipeline import SensorPipeline, without_nonfinite
 from robot_model import Robot, ports
 from robot_model.ft_convention import raw_to_wrenchbus
@@ -25,6 +26,7 @@ class Frames:
         self._robot = robot
         self._maps = raw_to_wrenchbus(robot) if driver.ft_convention == "urdf" else None
         self._check = not driver.checked
+        self._saturation = Saturation(robot)
         self._nothing = _nothing(robot)
         self._complained = 0.0  # s
         self.reading: Reading | None = None  # the last valid one
@@ -53,7 +55,8 @@ class Frames:
         raw = without_nonfinite(reading.frame) if self._check else reading.frame
         if self._maps is not None:
             raw = replace(raw, ft=np.einsum("kij,kj->ki", self._maps, raw.ft))
-        self.reading, self.frame = reading, self._pipeline.step(raw, reading.stamp)
+        frame = self._pipeline.step(self._saturation.take_out(raw), reading.stamp)
+        self.reading, self.frame = reading, self._saturation.explain(frame)
         self._write(self.frame, self._pipeline.reason)
         return restarted
 

@@ -33,6 +33,7 @@ class Composer:
             torque=np.where(v.torque, e.torque, 0.0),
             std=np.where(v.torque, u.torque_std, 0.0),
             valid=v.torque,
+            reasons=v.torque_reasons,
         )
 
     def wrenches(self, e: Estimate, u: Uncertainty, v: Validity) -> ExternalWrenches:
@@ -56,6 +57,7 @@ class Composer:
             kind=self._kinds,
             subtree_wrench=subtree_wrench,
             subtree_valid=v.subtree,
+            subtree_reasons=v.subtree_reasons,
         )
 
     def prediction(self, e: Estimate, v: Validity) -> FtPrediction:
@@ -64,4 +66,9 @@ class Composer:
         if not v.complete:
             valid = v.prediction[:, None]
             predicted, measured = np.where(valid, predicted, 0.0), np.where(valid, measured, 0.0)
-        return FtPrediction(predicted=predicted, measured=measured, valid=v.prediction)
+        return FtPrediction(
+            predicted=predicted,
+            measured=measured,
+            valid=v.prediction,
+            reasons=v.prediction_reasons,
+        )
