@@ -61,8 +61,8 @@ class Saturation:
         imu = np.concatenate(saturated[6 * k :].reshape(2, m, 3), axis=1)
         self._note(self._ft, ft, self._robot.ft_range, FT_AXES)
         self._note(self._imus, imu, self._robot.imu_range, IMU_AXES)
-        in_ft: Array = (~ft).all(axis=1)
-        in_imu: Array = (~imu).all(axis=1)
+        in_ft = ~np.logical_or.reduce(ft, axis=1)
+        in_imu = ~np.logical_or.reduce(imu, axis=1)
         return replace(
             raw,
             ft=np.where(in_ft[:, None], raw.ft, 0.0),
