@@ -28,8 +28,8 @@ class KalmanWindow(Weights):
     Args:
         period: Time between samples [s].
         delay: Lag: age of the instant that the results describe [s]; rounded to whole
-            samples. None at all is the filter itself; the noise falls with the lag, and
-            the bend of a movement is followed later than its drift.
+            samples. None at all is the filter itself. Noise and ``lateness`` fall with
+            the lag; both are least in the middle of the memory.
         noise: Standard deviation of a sample [the channel's unit].
         jerk: Root of the spectral density of the third derivative
             [the channel's unit per s^3, per root of Hz]; only ``jerk / noise`` matters.
@@ -74,6 +74,15 @@ class KalmanWindow(Weights):
     def covariance(self) -> Array:
         """Covariance of the error of value and derivatives, if the model is true, (3, 3)."""
         return np.linalg.inv(self._motion.T @ self._precise) * self.noise**2
+
+    @property
+    def lateness(self) -> float:
+        """How much older than ``delay`` the accelerations of slow motions are [s].
+
+        It is zero in the middle of the memory, small where the lag is long for the
+        filter, and makes a short one's stated delay untrue. Constant jerk shows it.
+        """
+        return -float(self.taps[2] @ self._time**3) / 6.0
 
     @cached_property
     def _time(self) -> Array:

@@ -37,7 +37,7 @@ class KalmanConfig(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     noise: float = Field(default=2.8e-5, gt=0.0)  # rad
-    jerk: float = Field(default=5.0, gt=0.0)  # rad/s^3 per root of Hz
+    jerk: float = Field(default=10.0, gt=0.0)  # rad/s^3 per root of Hz
     memory: float = Field(default=0.048, gt=0.0, le=2.0)  # s
 
 

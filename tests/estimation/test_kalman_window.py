@@ -96,6 +96,21 @@ def test_the_longer_the_lag_the_less_noise():
     assert (np.diff(stated, axis=0) < 0.0).all()
 
 
+@pytest.mark.parametrize("lag", [0.0, 0.004, 0.008, 0.012, 0.024])
+def test_the_lateness_is_what_the_phase_of_slow_accelerations_says(lag: float):
+    method, frequency = KalmanWindow(PERIOD, lag, NOISE, JERK, 0.048), 0.1
+    gain = method.response(frequency)[2] / (2j * np.pi * frequency) ** 2
+    late = -np.angle(gain) / (2.0 * np.pi * frequency)
+    assert method.lateness == pytest.approx(late, abs=1e-6)
+
+
+def test_only_the_middle_of_the_memory_has_no_lateness():
+    middle, coarse = (
+        KalmanWindow(PERIOD, lag, 16 * NOISE, JERK, 0.048).lateness for lag in (0.024, 0.012)
+    )
+    assert abs(middle) < 1e-9 and coarse > 0.01  # s: 12 bits need a longer lag
+
+
 @pytest.mark.parametrize("frequency", [0.5, 2.0, 4.0])
 def test_the_three_rows_are_nearly_one_filter(frequency: float):
     value, slope, curvature = FILTER.response(frequency)

@@ -51,7 +51,7 @@ METHODS: dict[str, Callable[[float, float], Method]] = {
     "triweight": Kernel,
     "adaptive": partial(AdaptiveWindow, bound=BOUND),
     "line": partial(AdaptiveWindow, bound=BOUND, order=1),
-    "kalman": partial(KalmanWindow, noise=2.8e-5, jerk=5.0, memory=0.048),
+    "kalman": partial(KalmanWindow, noise=2.8e-5, jerk=10.0, memory=0.048),
 }
 
 

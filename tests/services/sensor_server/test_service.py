@@ -305,3 +305,10 @@ def test_a_lag_beyond_the_memory_is_refused_and_the_filter_stays(bench, frames, 
     with pytest.raises(RpcError, match="memory must reach at least 3 samples beyond the delay"):
         asked(bench, client, "param", action="set", name="filter.delay", value=0.05)
     assert asked(bench, client, "param", action="get", name="filter.delay") == 0.024
+
+
+def test_a_lag_that_would_not_be_the_one_delay_of_all_channels_is_refused(bench, frames, client):
+    asked(bench, client, "param", action="set", name="filter.method", value="kalman")
+    asked(bench, client, "param", action="set", name="filter.kalman.noise", value=4.4e-4)
+    with pytest.raises(RpcError, match=r"accelerations would be \+10.7 ms off the 12 ms"):
+        asked(bench, client, "param", action="set", name="filter.delay", value=0.012)
