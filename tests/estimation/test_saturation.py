@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from estimation.contact_detector import ContactDetector
+from estimation.dependencies import ChannelDependencies
 from estimation.saturation import Saturation
 from estimation.sensor_pipeline import SensorPipeline
+from estimation.torque_observer import TorqueObserver
 from robot_model import load_robot
 from robot_model.messages import RawFrame
 from robot_sim import Plant
@@ -103,3 +105,26 @@ def test_the_contact_detector_tells_the_limit_for_the_limbs_that_it_concerns(exa
     text = "l_foot_ft is saturated (fz reached 2000 N)"
     assert flags["l_foot"].reason == flags["l_leg"].reason == text
     assert not flags["l_foot"].valid and text not in flags["r_arm"].reason
+
+
+def test_a_push_beyond_the_range_of_one_sensor_costs_its_sub_trees_and_the_rest_stays_true():
+    plant, observer = Plant(ROBOT, base="fixed"), TorqueObserver(ROBOT, "pole")
+    plant.push("l_forearm", np.array([0.0, 0.0, 0.05]), np.array([250.0, 0.0, 0.0]))
+    for _ in range(5):
+        plant.step()
+    weak = np.tile([100.0, 100.0, 100.0, 35.0, 35.0, 25.0], (6, 1))  # N, N m
+    saturation = Saturation(replace(ROBOT, ft_range=weak))
+    frame = SensorPipeline(ROBOT).step(saturation.take_out(plant.raw()), plant.time)
+    frame = saturation.explain(frame)
+    flags = frame.joint_valid, frame.ft_valid, frame.imu_valid
+    validity = ChannelDependencies(observer.graph).validity(*flags, frame.faults)
+    lost = {ROBOT.subtrees[i].name for i in np.flatnonzero(~validity.subtree)}
+    assert (
+        lost == {"root", "l_arm"} and "l_arm_ft is saturated (fx reached 100 N)" in validity.reason
+    )
+    imu = frame.imu_gyro[0], frame.imu_acc[0], frame.imu_dgyro[0]
+    estimate = observer.step(frame.q, frame.dq, frame.ddq, frame.ft, *imu)
+    error = np.abs(estimate.torque - plant.truth().link_torque)
+    legs = [i for part in ("left_leg", "right_leg") for i in ROBOT.parts[part]]
+    assert validity.torque[legs].all() and not validity.torque[ROBOT.parts["left_arm"]].all()
+    assert error[validity.torque].max() < 1e-6 < 1.0 < error[~validity.torque].max()
