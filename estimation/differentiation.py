@@ -27,7 +27,7 @@ import numpy as np
 Array = np.ndarray
 
 LEAST = 3  # samples on each side: the second derivative has four moments to set right
-CHUNK = 256  # windows of a log that are looked at together
+CHUNK = 32  # windows of a log that are looked at together; more do not fit into the cache
 
 
 class Method(Protocol):
