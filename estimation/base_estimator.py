@@ -8,6 +8,7 @@ posture hung ``pole_lift`` above that origin.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ import numpy as np
 from estimation.attitude import AttitudeFilter, AttitudeGains, measured_up
 from estimation.leg_odometry import LegOdometry, base_velocity, heading
 from estimation.rotations import Quaternion, Rows, Vector, add, dot, rotate, rotate_back
+from estimation.saturation import faults_by_name
 from estimation.support_kinematics import FrameMotion, Support, SupportKinematics
 from robot_model import Robot
 from robot_model.messages import SensorFrame
@@ -51,6 +53,7 @@ class BaseSample(NamedTuple):
     joint_valid: np.ndarray  # (n,)
     ft_valid: np.ndarray  # (k,)
     imu_valid: bool
+    faults: Sequence[str] = ()  # of the sensor frame
 
     @classmethod
     def of(cls, frame: SensorFrame, use_orientation: bool = True) -> "BaseSample":
@@ -68,6 +71,7 @@ class BaseSample(NamedTuple):
             joint_valid=frame.joint_valid,
             ft_valid=frame.ft_valid,
             imu_valid=bool(frame.imu_valid[0]),
+            faults=frame.faults,
         )
 
     @property
@@ -139,7 +143,9 @@ class BaseEstimator:
 
     def _lost(self, sample: BaseSample) -> str:
         if not sample.imu_valid:
-            return f"no data from {self._robot.imus[0]}"
+            name = self._robot.imus[0]
+            why = faults_by_name(sample.faults).get(name)
+            return f"{name} is {why}" if why else f"no data from {name}"
         if all(sample.joint_valid.tolist()):
             return ""
         lost = self._kinematics.imu_joints & ~sample.joint_valid

@@ -10,6 +10,7 @@ from estimation.limb_monitor import Levels, LimbFlag, LimbMonitor
 from estimation.localisation import NOWHERE, Hypothesis, Localisation, Localiser
 from estimation.quiet_period import Quiet
 from estimation.row_covariance import RowCovariance, RowNoise
+from estimation.saturation import faults_by_name
 from robot_model import Robot
 from robot_model.messages import SensorFrame
 
@@ -61,7 +62,7 @@ class ContactDetector:
         self.monitor.reset()
         self._stamp: int | None = None
         self._covariance_stamp = 0
-        self._flags: tuple[bytes, ...] = ()
+        self._flags: tuple[object, ...] = ()
 
     def set_support(self, support: str) -> None:
         """Change the kind of support; the tare is lost with it."""
@@ -158,6 +159,7 @@ class ContactDetector:
             frame.joint_valid.tobytes(),
             frame.ft_valid.tobytes(),
             frame.imu_valid.tobytes(),
+            tuple(frame.faults),
         )
         age = (stamp - self._covariance_stamp) * 1e-9
         changed = flags != self._flags
@@ -180,7 +182,9 @@ class ContactDetector:
         lost = ~np.concatenate((frame.imu_valid[:1], frame.joint_valid, frame.ft_valid))
         imu = np.ones((len(layout.needs), 1), dtype=bool)
         needed = np.hstack((imu, layout.needs, self._boundary > 0.0)) & lost
-        reasons = [f"{names[row.argmax()]} is invalid" if row.any() else "" for row in needed]
+        why = faults_by_name(frame.faults)
+        first = [str(names[row.argmax()]) if row.any() else "" for row in needed]
+        reasons = [f"{name} is {why.get(name, 'invalid')}" if name else "" for name in first]
         for i in self.rows.removed.subtrees:
             reasons[i] = "bears a support"
         return reasons

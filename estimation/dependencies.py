@@ -1,10 +1,12 @@
 """Which result needs which channel, so that one lost sensor costs one limb."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from estimation.oriented_graph import OrientedGraph
+from estimation.saturation import faults_by_name
 
 
 class Validity(NamedTuple):
@@ -15,6 +17,9 @@ class Validity(NamedTuple):
     prediction: np.ndarray  # (k,) bool
     complete: bool
     reason: str  # names what is lost; empty when complete
+    torque_reasons: list[str] = []  # per joint; all three are empty when complete
+    subtree_reasons: list[str] = []
+    prediction_reasons: list[str] = []
 
 
 class ChannelDependencies:
@@ -27,34 +32,48 @@ class ChannelDependencies:
 
     def __init__(self, graph: OrientedGraph):
         robot = graph.robot
-        self._names = (robot.joints, robot.ft_sensors, robot.imus[:1])
-        self._torque_joints = graph.torque_joints()
-        self._torque_sensors = graph.torque_sensors()
-        self._subtree_joints = graph.subtree_joints()
-        self._subtree_sensors = graph.subtree_sensors()
-        self._prediction_joints = graph.prediction_joints()
-        self._key: tuple[bytes, ...] = ()
+        self._names = (*robot.joints, *robot.ft_sensors, *robot.imus[:1])
+        own = np.eye(len(robot.ft_sensors), dtype=bool)
+        self._torque_needs = _with_imu(graph.torque_joints(), graph.torque_sensors())
+        self._subtree_needs = _with_imu(graph.subtree_joints(), graph.subtree_sensors())
+        self._prediction_needs = _with_imu(graph.prediction_joints(), own)
+        self._key: tuple[object, ...] = ()
         self._last: Validity
 
-    def validity(self, joint: np.ndarray, ft: np.ndarray, imu: np.ndarray) -> Validity:
+    def validity(
+        self, joint: np.ndarray, ft: np.ndarray, imu: np.ndarray, faults: Sequence[str] = ()
+    ) -> Validity:
         """Return what is valid when these channels are.
 
         Args:
             joint, ft, imu: Validity of joints (n,), force/torque (k,) and inertial
                 sensors (m,), boolean.
+            faults: Of the sensor frame: why a sensor is invalid, ``name: why``.
         """
-        key = (joint.tobytes(), ft.tobytes(), imu.tobytes())
+        key = (joint.tobytes(), ft.tobytes(), imu.tobytes(), tuple(faults))
         if key != self._key:
-            self._last = self._derive(~joint, ~ft, bool(imu[0]))
+            self._last = self._derive(~joint, ~ft, ~imu[:1], faults_by_name(faults))
             self._key = key
         return self._last
 
-    def _derive(self, lost_joint: np.ndarray, lost_ft: np.ndarray, imu: bool) -> Validity:
-        torque = self._torque_joints @ lost_joint | self._torque_sensors @ lost_ft
-        subtree = self._subtree_joints @ lost_joint | self._subtree_sensors @ lost_ft
-        prediction = self._prediction_joints @ lost_joint | lost_ft
-        lost = (lost_joint, lost_ft, np.array([not imu]))
-        names = [n for group, out in zip(self._names, lost, strict=True)
-                 for n, is_out in zip(group, out, strict=True) if is_out]  # fmt: skip
-        reason = "no data from " + ", ".join(names) if names else ""
-        return Validity(~torque & imu, ~subtree & imu, ~prediction & imu, not names, reason)
+    def _derive(
+        self, lost_joint: np.ndarray, lost_ft: np.ndarray, lost_imu: np.ndarray, why: dict[str, str]
+    ) -> Validity:
+        lost = np.concatenate((lost_joint, lost_ft, lost_imu))
+        needs = (self._torque_needs, self._subtree_needs, self._prediction_needs)
+        torque, subtree, prediction = (~(rows @ lost) for rows in needs)
+        if not lost.any():
+            return Validity(torque, subtree, prediction, True, "")
+        reasons = [[self._reason(row & lost, why) for row in rows] for rows in needs]
+        return Validity(torque, subtree, prediction, False, self._reason(lost, why), *reasons)
+
+    def _reason(self, lost: np.ndarray, why: dict[str, str]) -> str:
+        names = [name for name, is_lost in zip(self._names, lost, strict=True) if is_lost]
+        silent = [name for name in names if name not in why]
+        reasons = [f"{name} is {why[name]}" for name in names if name in why]
+        return "; ".join((["no data from " + ", ".join(silent)] if silent else []) + reasons)
+
+
+def _with_imu(joints: np.ndarray, sensors: np.ndarray) -> np.ndarray:
+    """Which channels each result needs, (results, n + k + 1): all need the inertial sensor."""
+    return np.hstack((joints, sensors, np.ones((len(joints), 1), dtype=bool)))

@@ -1,9 +1,14 @@
-"""Velocities and accelerations from positions, one filter for every channel.
+"""Velocities and accelerations from positions, one instant for every channel.
 
 An estimator adds what encoders, gyroscopes, accelerometers and force sensors
 say about one instant. A filter that delays one of them more than another makes
-a force out of every movement, so all channels go through the same window g,
-which is even (linear phase) and whose delay is therefore exact:
+a force out of every movement. So every method here looks at the newest samples
+of all channels and tells what they say about one instant, ``delay`` before the
+newest: the triweight window (``Kernel``, the default), the adaptive window
+(``AdaptiveWindow``) and a Kalman filter (``KalmanWindow``).
+
+The default sends all channels through the same window g, which is even (linear
+phase) and whose delay is therefore exact:
 
     x -> g * x,    dx/dt -> g' * x,    d2x/dt2 -> g'' * x.
 
@@ -12,18 +17,76 @@ least noisy that also end smoothly: the variance of g'' is 1.6 times that of the
 least-squares parabola, which ends in a jump and leaks.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 Array = np.ndarray
 
 LEAST = 3  # samples on each side: the second derivative has four moments to set right
+CHUNK = 32  # windows of a log that are looked at together; more do not fit into the cache
+
+
+class Method(Protocol):
+    """How values and derivatives of one instant are found in a window of samples.
+
+    Attributes:
+        delay: Age of that instant [s], the same for all channels and at all times.
+        side: The same in samples.
+        length: Samples in the window.
+    """
+
+    @property
+    def delay(self) -> float: ...
+    @property
+    def side(self) -> int: ...
+    @property
+    def length(self) -> int: ...
+
+    def of(self, window: Array) -> Array:
+        """Return value, first and second derivative at the instant.
+
+        Args:
+            window: (length, columns), oldest sample first; the columns are the
+                channels, or the channels of several windows side by side.
+
+        Returns:
+            (3, columns) [the channel's unit, per s, per s^2].
+        """
+        ...
+
+
+class Weights(ABC):
+    """A method whose results are weighted sums of the samples, with ``taps`` (3, length)."""
+
+    period: float
+    taps: Array
+
+    @property
+    @abstractmethod
+    def side(self) -> int:
+        """Age of the instant described, in samples."""
+
+    def of(self, window: Array) -> Array:
+        """Value, first and second derivative at the instant described, (3, columns)."""
+        return self.taps @ window
+
+    @cached_property
+    def noise_gain(self) -> Array:
+        """Standard deviation of the three results for white noise of one per sample, (3,)."""
+        return np.linalg.norm(self.taps, axis=1)
+
+    def response(self, frequency: float) -> Array:
+        """Complex gain of the three results at a frequency [Hz], delay taken out, (3,)."""
+        age = (np.arange(self.taps.shape[1]) - self.taps.shape[1] + 1 + self.side) * self.period
+        return self.taps @ np.exp(2j * np.pi * frequency * age)
 
 
 @dataclass(frozen=True)
-class Kernel:
+class Kernel(Weights):
     """The window and its first two derivatives, sampled.
 
     Args:
@@ -43,7 +106,7 @@ class Kernel:
             )
         object.__setattr__(self, "delay", self.side * self.period)
 
-    @cached_property
+    @property
     def side(self) -> int:
         """Samples on each side of the instant described."""
         return round(self.delay / self.period)
@@ -75,16 +138,6 @@ class Kernel:
         curvature = _with_moments(curvature, window, x, moments)
         return np.stack([window, slope / half_width, curvature / half_width**2])
 
-    @cached_property
-    def noise_gain(self) -> Array:
-        """Standard deviation of the three results for white noise of one per sample, (3,)."""
-        return np.linalg.norm(self.taps, axis=1)
-
-    def response(self, frequency: float) -> Array:
-        """Complex gain of the three results at a frequency [Hz], delay taken out, (3,)."""
-        age = np.arange(-self.side, self.side + 1) * self.period
-        return self.taps @ np.exp(2j * np.pi * frequency * age)
-
 
 def _with_moments(taps: Array, window: Array, x: Array, moments: dict[int, float]) -> Array:
     """Add a polynomial times the window to ``taps``, so that it has the moments given."""
@@ -94,66 +147,76 @@ def _with_moments(taps: Array, window: Array, x: Array, moments: dict[int, float
 
 
 class Differentiator:
-    """The kernel applied to a stream of samples.
+    """A method applied to a stream of samples.
 
     Args:
-        kernel: Window.
+        method: What is done with the window of the newest samples.
         channels: Number of values per sample.
     """
 
-    def __init__(self, kernel: Kernel, channels: int):
-        self.kernel = kernel
+    def __init__(self, method: Method, channels: int):
+        self.method = method
         self.count = 0  # samples since the start or the last reset
+        self._length = method.length
         # every row is stored twice, so that the window is always one contiguous block
-        self._rows = np.zeros((2 * kernel.length, channels))
-        self._taps = kernel.taps
+        self._rows = np.zeros((2 * method.length, channels))
         self._next = 0
+
+    @property
+    def delay(self) -> float:
+        """Age of the instant that the results describe [s]."""
+        return self.method.delay
 
     @property
     def full(self) -> bool:
         """Whether the window holds samples only from after the last reset."""
-        return self.count >= self.kernel.length
+        return self.count >= self._length
 
     @property
     def newest(self) -> Array:
         """The last sample put, (channels,)."""
-        return self._rows[self._next - 1 + self.kernel.length]
+        return self._rows[self._next - 1 + self._length]
 
     @property
     def extrapolated(self) -> Array:
         """The next sample, were the last two on a straight line, (channels,)."""
-        return 2.0 * self.newest - self._rows[self._next - 2 + self.kernel.length]
+        return 2.0 * self.newest - self._rows[self._next - 2 + self._length]
 
     def put(self, sample: Array) -> None:
         """Append a sample, (channels,)."""
         row = self._next
         self._rows[row] = sample
-        self._rows[row + self.kernel.length] = sample
-        self._next = row + 1 if row + 1 < self.kernel.length else 0
+        self._rows[row + self._length] = sample
+        self._next = row + 1 if row + 1 < self._length else 0
         self.count += 1
 
     def result(self) -> Array:
         """Value, first and second derivative at ``delay`` ago, (3, channels)."""
-        return self._taps @ self._rows[self._next : self._next + self.kernel.length]
+        return self.method.of(self._rows[self._next : self._next + self._length])
 
     def reset(self) -> None:
         """Forget every sample."""
         self.count = 0
 
 
-def differentiate(samples: Array, kernel: Kernel) -> Array:
+def differentiate(samples: Array, method: Method) -> Array:
     """Filter and differentiate a log, with the numbers that the stream would give.
 
     Args:
-        samples: (T, channels), uniformly sampled with the kernel's period.
-        kernel: Window.
+        samples: (T, channels), uniformly sampled with the method's period.
+        method: What is done with each window.
 
     Returns:
         (3, T, channels): value, first and second derivative; entry t describes
         sample t - side. The first ``length - 1`` entries are zero: no full window yet.
     """
-    result = np.zeros((3, *samples.shape))
-    if len(samples) >= kernel.length:
-        windows = np.lib.stride_tricks.sliding_window_view(samples, kernel.length, axis=0)
-        result[:, kernel.length - 1 :] = np.moveaxis(windows @ kernel.taps.T, -1, 0)
+    result, length = np.zeros((3, *samples.shape)), method.length
+    if len(samples) < length:
+        return result
+    windows = np.lib.stride_tricks.sliding_window_view(samples, length, axis=0)
+    for start in range(0, len(windows), CHUNK):
+        chunk = np.moveaxis(windows[start : start + CHUNK], -1, 0)  # (length, times, channels)
+        first = start + length - 1
+        values = method.of(chunk.reshape(length, -1))
+        result[:, first : first + chunk.shape[1]] = values.reshape(3, *chunk.shape[1:])
     return result

@@ -8,6 +8,7 @@ from estimation.fixed_base_residual import FixedBaseResidual
 from estimation.quiet_period import Quiet
 from estimation.residual_model import is_measured
 from estimation.residuals import FloatingResiduals
+from estimation.saturation import faults_by_name
 from robot_model import Robot
 from robot_model.messages import Residuals, SensorFrame
 
@@ -100,15 +101,15 @@ class ResidualBank:
 
     def _missing(self, frame: SensorFrame, up_base: Array | None) -> str:
         """Why there is no residual at all, "" if there is."""
-        robot = self.robot
+        robot, why = self.robot, faults_by_name(frame.faults)
         if not frame.joint_valid.all():
             return f"{robot.joints[int(np.argmin(frame.joint_valid))]} is invalid"
         if self._fixed is not None:
             return "" if up_base is not None else "no attitude of the base"
         if not frame.imu_valid[0]:
-            return f"{robot.imus[0]} is invalid"
+            return f"{robot.imus[0]} is {why.get(robot.imus[0], 'invalid')}"
         lost = [robot.ft_sensors[i] for i in self._sensors if not frame.ft_valid[i]]
-        return f"{lost[0]} is invalid" if lost else ""
+        return f"{lost[0]} is {why.get(lost[0], 'invalid')}" if lost else ""
 
     @property
     def values(self) -> Array:

@@ -3,18 +3,19 @@
 When the driver measures velocities, accelerations and angular accelerations
 itself, everything passes through with delay 0. Otherwise positions and
 gyroscopes are differentiated and every other channel goes through the same
-window. Velocities that come without accelerations are not used: boards filter
-them with delays that nobody states.
+method: all values describe one instant. Velocities that come without
+accelerations are not used: boards filter them with delays that nobody states.
 """
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import fields, replace
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
-from estimation.differentiation import Differentiator, Kernel
+from estimation.differentiation import Differentiator, Kernel, Method
 from robot_model import Robot
 from robot_model.messages import RawFrame, SensorFrame
 
@@ -22,6 +23,23 @@ Array = np.ndarray
 FLAG_OF_FIELD = {"q": "joint_valid", "dq": "joint_valid", "ddq": "joint_valid"}
 FLAG_OF_FIELD |= {"motor_torque": "joint_valid", "ft": "ft_valid", "imu_quat_wxyz": "imu_valid"}
 FLAG_OF_FIELD |= dict.fromkeys(("imu_gyro", "imu_acc", "imu_dgyro"), "imu_valid")
+
+
+def column_values(
+    robot: Robot,
+    position: float,
+    torque: float,
+    force: float,
+    moment: float,
+    gyro: float,
+    acceleration: float,
+) -> Array:
+    """Return one number per value that a ``SensorPipeline`` filters, for each kind of channel."""
+    n, k, m = (robot.dimensions[letter] for letter in "nkm")
+    ft = np.tile([force] * 3 + [moment] * 3, k)
+    kinds = [(position, n), (torque, n), (gyro, 3 * m), (acceleration, 3 * m)]
+    q, motor, rate, acc = (np.full(count, value) for value, count in kinds)
+    return np.concatenate([q, motor, ft, rate, acc])
 
 
 class SensorPipeline:
@@ -36,24 +54,30 @@ class SensorPipeline:
     Args:
         robot: Supplies the numbers of joints and sensors.
         period: Nominal time between frames [s].
-        delay: Age of the filtered values [s]; see ``Kernel``.
+        delay: Age of the filtered values [s].
         bridge: Longest step between two stamps that is bridged [s].
+        method: Makes the method of differentiation from period and delay.
     """
 
     def __init__(
-        self, robot: Robot, period: float = 1e-3, delay: float = 0.024, bridge: float = 5e-3
+        self,
+        robot: Robot,
+        period: float = 1e-3,
+        delay: float = 0.024,
+        bridge: float = 5e-3,
+        method: Callable[[float, float], Method] = Kernel,
     ):
-        self.kernel = Kernel(period, delay)
+        self.method = method(period, delay)
         self._period = round(period * 1e9)  # [ns]
         self._bridge = max(1, round(bridge / period))  # [periods]
-        self._window = _Window(self.kernel, *(robot.dimensions[letter] for letter in "nkm"))
+        self._window = _Window(self.method, *(robot.dimensions[letter] for letter in "nkm"))
         self._filtering = False
         self._stamp: int | None = None
 
     @property
     def reason(self) -> str:
         """Why nothing of the last frame is valid yet; empty when the window is full."""
-        length = self.kernel.length
+        length = self.method.length
         if not self._filtering or self._window.count >= length:
             return ""
         return f"the filter's window holds {self._window.count} of {length} frames"
@@ -129,8 +153,8 @@ def _pass(raw: RawFrame) -> SensorFrame:
 class _Window:
     """The filter's window over all channels of a robot, and what in it was measured."""
 
-    def __init__(self, kernel: Kernel, n: int, k: int, m: int):
-        self.kernel = kernel
+    def __init__(self, method: Method, n: int, k: int, m: int):
+        self._delay, self._side, self._length = method.delay, method.side, method.length
         self._n, self._k, self._m = n, k, m
         ends = [0, *np.cumsum([n, n, 6 * k, 3 * m, 3 * m]).tolist()]
         self._columns = [slice(start, end) for start, end in zip(ends, ends[1:], strict=False)]
@@ -139,10 +163,10 @@ class _Window:
             [joints, joints, sensors.repeat(6), imus.repeat(3), imus.repeat(3)]
         )
         self._row = np.zeros(len(self._channel))
-        self._filter = Differentiator(kernel, len(self._channel))
+        self._filter = Differentiator(method, len(self._channel))
         self._good = np.zeros(n + k + m, dtype=int)  # frames in a row, one missing bridged
         self._absent = np.zeros(n + k + m, dtype=int)  # frames in a row
-        self._quaternions: deque[Array] = deque(maxlen=kernel.side + 1)
+        self._quaternions: deque[Array] = deque(maxlen=self._side + 1)
         self._torques = 0  # frames in a row with motor torques
         self._no_torque = np.zeros(n)
         # comparing bytes takes a tenth of the time of ndarray.all()
@@ -190,7 +214,7 @@ class _Window:
             self._absent[:] = 0
         else:
             self._guess(np.concatenate(flags), steps)
-        self._complete = bool(self._good.min(initial=self.kernel.length) >= self.kernel.length)
+        self._complete = bool(self._good.min(initial=self._length) >= self._length)
 
     def _guess(self, measured: Array, steps: int) -> None:
         self._absent = np.where(measured, 0, self._absent + 1)
@@ -210,14 +234,14 @@ class _Window:
     def _frame(self) -> SensorFrame:
         values, flags = self._filter.result(), self._whole
         if not self._complete:
-            valid = self._good >= self.kernel.length
+            valid = self._good >= self._length
             values[:, ~valid[self._channel]] = 0.0
             flags = np.split(valid, [self._n, self._n + self._k])
         joint_valid, ft_valid, imu_valid = flags
         value, slope, curvature = values
         q, torque, ft, gyro, acc = self._columns
         k, m = self._k, self._m
-        rotated = len(self._quaternions) > self.kernel.side
+        rotated = len(self._quaternions) > self._side
         return SensorFrame(
             q=value[q],
             dq=slope[q],
@@ -231,6 +255,6 @@ class _Window:
             joint_valid=joint_valid,
             ft_valid=ft_valid,
             imu_valid=imu_valid,
-            motor_torque_valid=self._torques >= self.kernel.length,
-            delay=self.kernel.delay,
+            motor_torque_valid=self._torques >= self._length,
+            delay=self._delay,
         )

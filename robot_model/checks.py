@@ -39,6 +39,9 @@ def _names(description: Description) -> Iterator[str]:
     yield from _duplicates([row.name for row in description.joints], "joints:")
     yield from _duplicates([row.name for row in sensors], "ft_sensors:")
     yield from _duplicates(description.imus, "imus:")
+    for name in description.imu_ranges:
+        if name not in description.imus:
+            yield f"imu_ranges: unknown sensor '{name}'{did_you_mean(name, description.imus)}"
     subtrees = [description.root_subtree.name, *(row.subtree for row in sensors)]
     yield from _duplicates(subtrees, "sub-tree")
     parts = {row.part for row in description.joints}

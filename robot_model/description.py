@@ -2,6 +2,7 @@
 
 import importlib.util
 from pathlib import Path
+from typing import Annotated
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -11,6 +12,7 @@ from robot_model.errors import DescriptionError
 from robot_model.names import did_you_mean
 
 DESCRIPTIONS = Path(__file__).parent / "descriptions"
+Positive = Annotated[float, Field(gt=0.0)]
 
 
 class Strict(BaseModel):
@@ -63,6 +65,14 @@ class ForceTorqueRow(Strict):
     default_frame: str  # where the sub-tree is touched when nobody knows better
     frame: str | None = None  # the URDF frame of its readings; the sensor's name by default
     joint: str | None = None  # the fixed joint that bears it; from the URDF by default
+    range: list[Positive] | None = Field(default=None, min_length=6, max_length=6)  # N, N m
+
+
+class InertialRange(Strict):
+    """Largest readings of an inertial sensor, to both sides, on each axis."""
+
+    gyro: float | None = Field(default=None, gt=0.0)  # rad/s
+    acceleration: float | None = Field(default=None, gt=0.0)  # m/s^2
 
 
 class RootSubtree(Strict):
@@ -84,6 +94,7 @@ class Description(Strict):
     root_subtree: RootSubtree
     ft_sensors: list[ForceTorqueRow] = []
     imus: list[str] = []
+    imu_ranges: dict[str, InertialRange] = {}
     supports: dict[str, list[str]] = {}
     soles: dict[str, list[tuple[float, float, float]]] = {}  # m, in the support frame
 

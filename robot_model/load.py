@@ -6,7 +6,13 @@ import numpy as np
 
 from robot_model.body_graph import RigidBody, Subtree, rigid_bodies, subtree_frames
 from robot_model.checks import find_problems, ft_element
-from robot_model.description import Description, description_file, find_urdf, read_description
+from robot_model.description import (
+    Description,
+    InertialRange,
+    description_file,
+    find_urdf,
+    read_description,
+)
 from robot_model.errors import DescriptionError
 from robot_model.robot import Robot
 from robot_model.urdf import ForceTorqueElement, Urdf, read_urdf
@@ -47,7 +53,9 @@ def _assemble(description: Description, urdf: Urdf, file: Path, package_dirs: li
         ft_elements=elements,
         ft_frames=tuple(row.frame or row.name for row in sensors),
         part_sensors=_by_part([row.part for row in sensors]),
+        ft_range=np.array([row.range or [np.inf] * 6 for row in sensors]).reshape(-1, 6),
         imus=tuple(description.imus),
+        imu_range=_inertial_ranges(description),
         subtrees=_subtrees(description, urdf, elements, bodies),
         bodies=bodies,
         supports={kind: tuple(frames) for kind, frames in description.supports.items()}
@@ -69,6 +77,13 @@ def _assemble(description: Description, urdf: Urdf, file: Path, package_dirs: li
 def _by_part(parts: list[str]) -> dict[str, np.ndarray]:
     names = dict.fromkeys(parts)
     return {name: np.flatnonzero(np.array(parts) == name) for name in names}
+
+
+def _inertial_ranges(description: Description) -> np.ndarray:
+    unknown = InertialRange()
+    rows = [description.imu_ranges.get(name, unknown) for name in description.imus]
+    largest = [[row.gyro or np.inf] * 3 + [row.acceleration or np.inf] * 3 for row in rows]
+    return np.array(largest).reshape(-1, 6)
 
 
 def _rotor_inertia(description: Description) -> np.ndarray:

@@ -59,7 +59,10 @@ class RawFrame:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SensorFrame:
-    """All channels of one instant, ``stamp - delay``, for the whole robot."""
+    """All channels of one instant, ``stamp - delay``, for the whole robot.
+
+    ``faults``: of sensors that are invalid although they send data, ``name: why``.
+    """
 
     TYPE: ClassVar[str] = "SensorFrame/1"
     q: Vector = array("n", unit="rad")
@@ -76,6 +79,7 @@ class SensorFrame:
     imu_valid: Vector = flags("m")
     motor_torque_valid: bool = scalar(default=True)
     delay: float = scalar(unit="s", default=0.0)
+    faults: list[str] = scalar(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -130,12 +134,16 @@ class BaseState:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class JointTorques:
-    """Link torques from the force/torque sensors."""
+    """Link torques from the force/torque sensors.
+
+    ``reasons``: per joint, why it is invalid; empty while all are valid.
+    """
 
     TYPE: ClassVar[str] = "JointTorques/1"
     torque: Vector = array("n", unit="N m")
     std: Vector = array("n", unit="N m")
     valid: Vector = flags("n")
+    reasons: list[str] = scalar(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -147,6 +155,8 @@ class ExternalWrenches:
     ``rank`` how many combinations of unknowns the sensors decide, ``condition`` by how much
     an error of the net wrench may grow; ``undecided`` has d patterns of wrenches of which any
     multiple may be added without any reading changing, and contacts in none are ``decided``.
+
+    ``subtree_reasons``: per sub-tree, why it is invalid; empty while all are valid.
     """
 
     TYPE: ClassVar[str] = "ExternalWrenches/1"
@@ -174,16 +184,21 @@ class ExternalWrenches:
         optional=True,
     )
     decided: list[bool] = scalar(default_factory=list)
+    subtree_reasons: list[str] = scalar(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FtPrediction:
-    """Force/torque readings that the model predicts without contacts, and the measured ones."""
+    """Force/torque readings that the model predicts without contacts, and the measured ones.
+
+    ``reasons``: per sensor, why it is invalid; empty while all are valid.
+    """
 
     TYPE: ClassVar[str] = "FtPrediction/1"
     predicted: Vector = array("k", 6, unit="N, N m", frame="sensor; parent on child")
     measured: Vector = array("k", 6, unit="N, N m", frame="sensor; parent on child")
     valid: Vector = flags("k")
+    reasons: list[str] = scalar(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -37,8 +37,10 @@ class Robot:
     ft_sensors: tuple[str, ...]
     ft_elements: tuple[ForceTorqueElement, ...]  # raw convention of each sensor
     ft_frames: tuple[str, ...]  # URDF frame of each reading
+    ft_range: np.ndarray  # (k, 6) largest readings, N and N m; inf where unknown
     part_sensors: Mapping[str, np.ndarray]  # indices of force/torque sensors, by part
     imus: tuple[str, ...]  # frames; the first is the kinematic source
+    imu_range: np.ndarray  # (m, 6) largest angular rate rad/s and acceleration m/s^2; or inf
     subtrees: tuple[Subtree, ...]  # 0 holds the base link; i + 1 is distal of sensor i
     bodies: Mapping[str, RigidBody]  # by main link
     supports: Mapping[str, tuple[str, ...]]  # frames, by kind of support

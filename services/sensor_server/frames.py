@@ -6,12 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from bus import Node
+from estimation.saturation import Saturation
 from estimation.sensor_pipeline import SensorPipeline, without_nonfinite
 from robot_model import Robot, ports
 from robot_model.ft_convention import raw_to_wrenchbus
 from robot_model.messages import SensorFrame
 from services.sensor_server.config import SensorServerConfig
 from services.sensor_server.driver import Driver, Reading
+from services.sensor_server.filters import method_of
 from services.sensor_server.views import Views
 
 INVALID_PERIOD = 0.02  # s between invalid frames while the driver is silent
@@ -24,6 +26,7 @@ class Frames:
         self._robot = robot
         self._maps = raw_to_wrenchbus(robot) if driver.ft_convention == "urdf" else None
         self._check = not driver.checked
+        self._saturation = Saturation(robot)
         self._nothing = _nothing(robot)
         self._complained = 0.0  # s
         self.reading: Reading | None = None  # the last valid one
@@ -39,7 +42,11 @@ class Frames:
         """Take a new filter; its window starts empty."""
         filter = config.filter
         self._pipeline = SensorPipeline(
-            self._robot, period=1.0 / config.rate, delay=filter.delay, bridge=filter.bridge
+            self._robot,
+            period=1.0 / config.rate,
+            delay=filter.delay,
+            bridge=filter.bridge,
+            method=method_of(filter, self._robot),
         )
 
     def publish(self, reading: Reading) -> bool:
@@ -48,7 +55,8 @@ class Frames:
         raw = without_nonfinite(reading.frame) if self._check else reading.frame
         if self._maps is not None:
             raw = replace(raw, ft=np.einsum("kij,kj->ki", self._maps, raw.ft))
-        self.reading, self.frame = reading, self._pipeline.step(raw, reading.stamp)
+        frame = self._pipeline.step(self._saturation.take_out(raw), reading.stamp)
+        self.reading, self.frame = reading, self._saturation.explain(frame)
         self._write(self.frame, self._pipeline.reason)
         return restarted
 

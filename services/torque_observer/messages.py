@@ -37,6 +37,7 @@ class Composer:
             torque=np.where(v.torque, e.torque, 0.0),
             std=np.where(v.torque, u.torque_std, 0.0),
             valid=v.torque,
+            reasons=v.torque_reasons,
         )
 
     def wrenches(self, e: Estimate, u: Uncertainty, v: Validity) -> ExternalWrenches:
@@ -58,6 +59,7 @@ class Composer:
             kind=self._kinds,
             subtree_wrench=subtree_wrench,
             subtree_valid=v.subtree,
+            subtree_reasons=v.subtree_reasons,
             **_decision(e, v.subtree),
         )
 
@@ -67,7 +69,12 @@ class Composer:
         if not v.complete:
             valid = v.prediction[:, None]
             predicted, measured = np.where(valid, predicted, 0.0), np.where(valid, measured, 0.0)
-        return FtPrediction(predicted=predicted, measured=measured, valid=v.prediction)
+        return FtPrediction(
+            predicted=predicted,
+            measured=measured,
+            valid=v.prediction,
+            reasons=v.prediction_reasons,
+        )
 
 
 def _decision(e: Estimate, valid: np.ndarray) -> dict[str, Any]:

@@ -99,7 +99,7 @@ class ObserverService:
             self._write_nothing(envelope.reason)
         else:
             validity = self._dependencies.validity(
-                frame.joint_valid, frame.ft_valid, frame.imu_valid
+                frame.joint_valid, frame.ft_valid, frame.imu_valid, frame.faults
             )
             self._write(self._step(frame), validity, envelope)
             if self._taring.active and validity.complete:

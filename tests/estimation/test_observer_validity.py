@@ -36,12 +36,12 @@ def dependencies(observer):
     return ChannelDependencies(observer.graph)
 
 
-def lose(dependencies, joint=None, ft=None, imu=None):
+def lose(dependencies, joint=None, ft=None, imu=None, faults=()):
     flags = [np.ones(ROBOT.dimensions[d], dtype=bool) for d in "nkm"]
     for flag, index in zip(flags, (joint, ft, imu), strict=True):
         if index is not None:
             flag[index] = False
-    return dependencies.validity(*flags)
+    return dependencies.validity(*flags, faults)
 
 
 def differing(ours, theirs):
@@ -96,3 +96,25 @@ def test_without_the_inertial_sensor_nothing_is_valid(dependencies):
     validity = lose(dependencies, imu=0)
     assert not (validity.torque.any() or validity.subtree.any() or validity.prediction.any())
     assert ROBOT.imus[0] in validity.reason
+
+
+def test_each_result_says_why_it_is_invalid_and_names_only_what_it_needs(dependencies):
+    elbow, foot = ROBOT.joints.index("l_elbow"), ROBOT.ft_sensors.index("r_foot_ft")
+    validity = lose(dependencies, joint=elbow, ft=foot)
+    why = dict(zip([s.name for s in ROBOT.subtrees], validity.subtree_reasons, strict=True))
+    assert why["l_arm"] == "no data from l_elbow"
+    assert why["r_leg"] == why["r_foot"] == "no data from r_foot_ft"
+    assert why["root"] == why["r_arm"] == ""
+    assert [not reason for reason in validity.torque_reasons] == validity.torque.tolist()
+    assert validity.prediction_reasons[foot] == "no data from r_foot_ft"
+    assert validity.reason == "no data from l_elbow, r_foot_ft"
+
+
+def test_a_fault_that_is_known_stands_in_the_place_of_no_data(dependencies):
+    foot = ROBOT.ft_sensors.index("r_foot_ft")
+    faults = ["r_foot_ft: saturated (fz reached 2000 N)"]
+    validity = lose(dependencies, joint=ROBOT.joints.index("l_elbow"), ft=foot, faults=faults)
+    assert validity.reason == "no data from l_elbow; r_foot_ft is saturated (fz reached 2000 N)"
+    assert validity.prediction_reasons[foot] == "r_foot_ft is saturated (fz reached 2000 N)"
+    again = lose(dependencies, ft=foot)
+    assert again.prediction_reasons[foot] == "no data from r_foot_ft"

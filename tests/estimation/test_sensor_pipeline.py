@@ -1,11 +1,16 @@
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from estimation.sensor_pipeline import SensorPipeline, without_nonfinite
+from estimation.adaptive_window import AdaptiveWindow
+from estimation.differentiation import Kernel, Method
+from estimation.kalman_window import KalmanWindow
+from estimation.sensor_pipeline import SensorPipeline, column_values, without_nonfinite
 from robot_model.messages import RawFrame
 
 ROBOT: Any = SimpleNamespace(dimensions={"n": 3, "k": 2, "m": 1})
@@ -39,9 +44,20 @@ def run(pipeline: SensorPipeline, start: int, stop: int, change=lambda index, ra
     return frame
 
 
-@pytest.fixture
-def pipeline() -> SensorPipeline:
-    return SensorPipeline(ROBOT)
+BOUND = column_values(
+    ROBOT, position=1e-4, torque=0.4, force=1.0, moment=0.04, gyro=0.02, acceleration=0.08
+)
+METHODS: dict[str, Callable[[float, float], Method]] = {
+    "triweight": Kernel,
+    "adaptive": partial(AdaptiveWindow, bound=BOUND),
+    "line": partial(AdaptiveWindow, bound=BOUND, order=1),
+    "kalman": partial(KalmanWindow, noise=2.8e-5, jerk=10.0, memory=0.048),
+}
+
+
+@pytest.fixture(params=METHODS)
+def pipeline(request) -> SensorPipeline:
+    return SensorPipeline(ROBOT, method=METHODS[request.param])
 
 
 def test_all_channels_describe_the_same_instant(pipeline):
@@ -56,6 +72,20 @@ def test_all_channels_describe_the_same_instant(pipeline):
     np.testing.assert_allclose(frame.imu_gyro, 5.0 * then, atol=1e-12)
     np.testing.assert_allclose(frame.imu_dgyro, 5.0, atol=1e-10)
     assert frame.imu_quat_wxyz is not None and frame.imu_quat_wxyz[0, 3] == 79 - 24
+
+
+def test_the_angular_acceleration_of_an_inertial_sensor_is_estimated_at_the_same_instant(pipeline):
+    def turning(index: int, raw: RawFrame) -> RawFrame:
+        return replace(raw, imu_gyro=np.full((1, 3), 3.0 * (index * 1e-3) ** 2))
+
+    frame = run(pipeline, 0, 200, turning)
+    np.testing.assert_allclose(frame.imu_dgyro, 6.0 * (199e-3 - frame.delay), rtol=1e-3)
+
+
+def test_every_value_has_the_number_of_its_kind():
+    robot: Any = SimpleNamespace(dimensions={"n": 2, "k": 1, "m": 1})
+    values = column_values(robot, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    assert values.tolist() == [1, 1, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6]
 
 
 def test_nothing_is_valid_before_the_window_is_full(pipeline):

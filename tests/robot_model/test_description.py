@@ -218,3 +218,31 @@ def test_joints_of_other_kinds_must_be_locked_out(variant):
     assert "joint 'wrench_frame': expected" in refused(variant, urdf=planar)
     mimic = [('<axis xyz="0 -1 0"/>', '<axis xyz="0 -1 0"/><mimic joint="turn"/>')]
     assert "joint 'bend' mimics another joint in the URDF: lock it" in refused(variant, urdf=mimic)
+
+
+def test_ranges_of_sensors_are_optional_and_infinite_where_they_are_unknown(tiny, variant):
+    assert np.isinf(tiny.ft_range).all() and tiny.ft_range.shape == (1, 6)
+    assert np.isinf(tiny.imu_range).all() and tiny.imu_range.shape == (1, 6)
+
+    def describe(description):
+        description["ft_sensors"][0]["range"] = [10, 20, 30, 1, 2, 3]
+        description["imu_ranges"] = {"finger": {"gyro": 5.0}}
+
+    robot = variant(describe)
+    np.testing.assert_array_equal(robot.ft_range, [[10, 20, 30, 1, 2, 3]])
+    np.testing.assert_array_equal(robot.imu_range, [[5.0] * 3 + [np.inf] * 3])
+
+
+def test_ranges_that_cannot_be_are_refused_with_their_key(variant):
+    def short(description):
+        description["ft_sensors"][0]["range"] = [10, 20, 30]
+
+    def negative(description):
+        description["ft_sensors"][0]["range"] = [10, 20, 30, 1, 2, -3]
+
+    def unknown(description):
+        description["imu_ranges"] = {"fingr": {"gyro": 5.0}}
+
+    assert "ft_sensors.0.range" in refused(variant, short)
+    assert "ft_sensors.0.range.5" in refused(variant, negative)
+    assert "imu_ranges: unknown sensor 'fingr'; did you mean 'finger'?" in refused(variant, unknown)

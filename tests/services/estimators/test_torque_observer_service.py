@@ -56,6 +56,26 @@ def test_one_lost_sensor_costs_two_subtrees_and_says_so_by_flags(feed):
     assert not said.wrench[~said.valid].any()
 
 
+def test_a_saturated_sensor_is_named_with_its_limit_by_all_that_depends_on_it(feed):
+    torques, wrenches, predictions = ready(feed, "torques", "wrenches", "ft_prediction")
+    sensor = ROBOT.ft_sensors.index("l_arm_ft")
+    feed.changes = {
+        "ft_valid": np.arange(6) != sensor,
+        "faults": ["l_arm_ft: saturated (mz reached 25 N m)"],
+    }
+    text = "l_arm_ft is saturated (mz reached 25 N m)"
+    said = feed.until(lambda: says(wrenches, True, lambda d: d.subtree_reasons)).data
+    why = dict(zip([s.name for s in ROBOT.subtrees], said.subtree_reasons, strict=True))
+    assert {name for name, reason in why.items() if reason == text} == {"root", "l_arm"}
+    assert set(why.values()) == {text, ""}
+    said = feed.until(lambda: says(torques, True, lambda d: d.reasons)).data
+    assert [reason == text for reason in said.reasons] == (~said.valid).tolist()
+    said = feed.until(lambda: says(predictions, True, lambda d: d.reasons)).data
+    assert said.reasons[sensor] == text
+    feed.changes = {}
+    assert feed.until(lambda: says(torques, True, lambda d: d.valid.all())).data.reasons == []
+
+
 def test_silence_turns_everything_invalid_with_a_reason_until_data_return(feed):
     ports_read = ready(feed, "torques", "wrenches", "ft_prediction")
     for port in ports_read:

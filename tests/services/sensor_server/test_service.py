@@ -117,6 +117,15 @@ def test_a_lost_sensor_costs_one_channel_after_two_frames(bench, frames, robot):
     assert last.envelope.valid and last.data.joint_valid.all() and not last.data.ft[2].any()
 
 
+def test_a_saturated_sensor_is_invalid_and_the_frame_names_the_limit(bench, frames, robot):
+    ft = np.ones((6, 6))
+    ft[2, 4] = -36.0
+    last = drained(bench, frames, ft=ft)[-1]
+    assert last.envelope.valid and last.data.ft_valid.tolist() == [i != 2 for i in range(6)]
+    assert last.data.faults == ["l_leg_ft: saturated (my reached 35 N m)"]
+    assert drained(bench, frames)[-1].data.faults == []
+
+
 def test_values_that_are_not_finite_cost_their_channel_only(bench, frames, robot):
     q = np.array(robot.home)
     q[5] = np.nan
@@ -161,7 +170,7 @@ def test_a_view_is_written_only_while_somebody_listens(bench, frames, client, ro
 
 
 def test_raw_readings_in_the_urdf_convention_are_converted(urdf_bench, robot):
-    readings = np.arange(36.0).reshape(6, 6)
+    readings = 0.5 * np.arange(36.0).reshape(6, 6)  # within the sensors' ranges
     urdf_bench.node.ready()
     urdf_bench.step(ft=from_wrenchbus(robot, readings))
     np.testing.assert_allclose(urdf_bench.server.frames.frame.ft, readings, atol=1e-9)
@@ -277,3 +286,29 @@ def test_live_settings_change_filter_and_limits(bench, frames, client, robot):
     with pytest.raises(RpcError, match="filter.delay"):
         asked(bench, client, "param", action="set", name="filter.delay", value=-1)
     assert asked(bench, client, "param", action="get", name="filter.delay") == 0.01
+
+
+@pytest.mark.parametrize("method", ["adaptive", "kalman"])
+def test_another_method_is_chosen_live_and_states_its_delay(bench, frames, client, method):
+    positions = {"dq": None, "ddq": None, "imu_dgyro": None}
+    assert asked(bench, client, "param", action="set", name="filter.method", value=method) == method
+    asked(bench, client, "param", action="set", name="filter.delay", value=0.012)
+    bench.run(60, **positions)
+    last = drained(bench, frames, **positions)[-1]
+    assert last.data.delay == 0.012 and last.data.joint_valid.all()
+    np.testing.assert_allclose(last.data.q, bench.robot.home, atol=1e-9)
+    np.testing.assert_allclose(last.data.ddq, 0.0, atol=1e-5)
+
+
+def test_a_lag_beyond_the_memory_is_refused_and_the_filter_stays(bench, frames, client):
+    asked(bench, client, "param", action="set", name="filter.method", value="kalman")
+    with pytest.raises(RpcError, match="memory must reach at least 3 samples beyond the delay"):
+        asked(bench, client, "param", action="set", name="filter.delay", value=0.05)
+    assert asked(bench, client, "param", action="get", name="filter.delay") == 0.024
+
+
+def test_a_lag_that_would_not_be_the_one_delay_of_all_channels_is_refused(bench, frames, client):
+    asked(bench, client, "param", action="set", name="filter.method", value="kalman")
+    asked(bench, client, "param", action="set", name="filter.kalman.noise", value=4.4e-4)
+    with pytest.raises(RpcError, match=r"accelerations would be \+10.7 ms off the 12 ms"):
+        asked(bench, client, "param", action="set", name="filter.delay", value=0.012)
