@@ -15,6 +15,7 @@ from estimation.log_attitude import EstimatedUpward, GivenUpward
 from estimation.log_contacts import ContactLog, Upward
 from estimation.log_filter import LogFilter
 from estimation.log_observer import ObserverLog
+from estimation.log_saturation import without_saturated
 from estimation.log_tare import tare_observer
 from estimation.observer_covariance import ObserverNoise
 from estimation.residual_bank import ResidualBank
@@ -47,7 +48,8 @@ class Estimation:
         touches: Sequence[Touch] = (),
         settings: Settings | None = None,
     ):
-        self.log, self.robot, self.support = given.log, given.robot, support
+        self.robot, self.support = given.robot, support
+        self.log, saturated = without_saturated(given.log, given.robot)
         self._settings = settings or default_settings()
         try:
             self.observer = TorqueObserver(self.robot, support)
@@ -57,6 +59,8 @@ class Estimation:
         self._filter = self._filter_of(self.log)
         self._check_length()
         self.warnings = self._irregular()
+        for sensor, count in saturated.items():
+            self.warnings.append(f"{sensor}: saturated in {count} samples, which are invalid")
         size, config = len(self.log), self._settings.observer
         noise = ObserverNoise(**config.noise.model_dump())
         self.found = ObserverLog(self.observer, noise, size)

@@ -181,6 +181,18 @@ def test_a_tare_takes_biases_off(robot, standing, tmp_path, capsys):
     assert plain["none_probability"][-1] < 1.0 and tared["none_probability"][-1] == 1.0
 
 
+def test_a_saturated_sensor_costs_its_limb_and_is_told(robot, standing, tmp_path, capsys):
+    sensor = robot.ft_sensors.index("l_arm_ft")
+    arrays = dict(standing.arrays)
+    arrays["ft_l_arm_ft"] = arrays["ft_l_arm_ft"].copy()
+    arrays["ft_l_arm_ft"][200:210, 0] = robot.ft_range[sensor, 0]
+    found = estimated(arrays, tmp_path)
+    assert "l_arm_ft: saturated in 10 samples" in capsys.readouterr().err
+    valid = found["valid_wrench_l_hand_dh_frame"].all(axis=1)
+    assert np.flatnonzero(~valid).tolist() == list(range(200, 210))
+    assert found["valid_wrench_r_hand_dh_frame"].all()
+
+
 def test_a_limb_that_nothing_touches_has_no_wrench(standing, tmp_path):
     found = estimated(standing.arrays, tmp_path, "--contact", f"{LINK}:none")
     assert "wrench_l_hand_dh_frame" not in found and f"wrench_{LINK}" not in found

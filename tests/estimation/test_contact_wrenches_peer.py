@@ -193,13 +193,13 @@ def test_with_too_many_unknowns_the_answer_is_the_closed_form_in_any_order(kinds
         links = placements(robot, state.q, subtree.default_frame, [p.link for p in places])
         contacts = [contact_of(p, m) for p, m in zip(places, links, strict=True)]
         net = observer.step(*state).subtree_wrench[subtree.ft_in + 1]
-        system = ContactWrenches(contacts)
+        system = contact_wrenches(contacts)
         assert system.rank == 6 < system.unknowns
         ours = system.solve(net).wrench
         scale = max(1.0, np.abs(ours).max())
         closed = closed_form(contacts, net, Units())
         np.testing.assert_allclose(ours / scale, closed / scale, rtol=0.0, atol=1e-9)
-        turned = ContactWrenches(contacts[::-1]).solve(net).wrench[::-1]
+        turned = contact_wrenches(contacts[::-1]).solve(net).wrench[::-1]
         np.testing.assert_allclose(ours / scale, turned / scale, rtol=0.0, atol=1e-9)
 
 
