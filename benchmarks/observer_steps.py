@@ -9,7 +9,11 @@ from estimation.torque_observer import TorqueObserver
 from robot_model import Robot
 
 STATES = 200
-NOISE = ObserverNoise(force=0.3, moment=0.02, acceleration=0.05, angular_acceleration=0.15)
+NOISE = ObserverNoise(
+    **{"force": 0.3, "moment": 0.02, "acceleration": 0.05, "angular_acceleration": 0.15},
+    **{"angular_velocity": 0.01, "joint_velocity": 0.001, "joint_acceleration": 0.1},
+    **{"mass": 0.02, "center_of_mass": 0.002},
+)
 
 
 def step_times(robot: Robot, support: str, rounds: int) -> dict[str, list[float]]:
@@ -22,12 +26,12 @@ def step_times(robot: Robot, support: str, rounds: int) -> dict[str, list[float]
     states = _states(robot)
     steps = {
         "step": observer.step,
-        "covariance": lambda q: propagate(observer, NOISE, q),
+        "covariance": lambda *motion: propagate(observer, NOISE, *motion),
         "peer": peer.step,
     }
     inputs = {
         "step": states,
-        "covariance": [state[:1] for state in states],
+        "covariance": [(*s[:3], *s[4:]) for s in states],
         "peer": [(*s[:3], -s[3], *s[4:]) for s in states],  # iDynTree: child on parent
     }
     return interleaved(steps, inputs, rounds)

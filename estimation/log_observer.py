@@ -42,7 +42,7 @@ class ObserverLog:
     def add(self, block: SensorBlock) -> None:
         """Take some samples."""
         self._observe(block)
-        middle = propagate(self._observer, self._noise, block.q[len(block) // 2])
+        middle = propagate(self._observer, self._noise, *block.motion(len(block) // 2))
         self.torque_std[block.rows] = middle.torque_std
         variances = np.diagonal(middle.wrench, axis1=1, axis2=2)
         self.wrench_std[block.rows] = np.sqrt(variances)

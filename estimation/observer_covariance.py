@@ -1,4 +1,4 @@
-"""How far the noise of the sensors reaches into the observer's results."""
+"""How far errors of sensors, of differentiation and of the model reach into the results."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -7,6 +7,8 @@ import numpy as np
 import pinocchio as pin
 
 from estimation.torque_observer import TorqueObserver
+
+Array = np.ndarray
 
 
 @dataclass(frozen=True)
@@ -17,55 +19,71 @@ class ObserverNoise:
     moment: float  # N m
     acceleration: float  # m/s^2, of the inertial sensor
     angular_acceleration: float  # rad/s^2, of the inertial sensor
+    angular_velocity: float = 0.0  # rad/s, of the inertial sensor
+    joint_velocity: float = 0.0  # rad/s
+    joint_acceleration: float = 0.0  # rad/s^2
+    mass: float = 0.0  # of a body's mass, as a share of it; its inertia goes with it
+    center_of_mass: float = 0.0  # m, each axis of each body
 
 
 class Uncertainty(NamedTuple):
-    """Covariances of the observer's results at one posture."""
+    """Covariances of the observer's results at one instant."""
 
-    torque_std: np.ndarray  # (n,) N m
-    wrench: np.ndarray  # (c, 6, 6) as Estimate.wrench
+    torque_std: Array  # (n,) N m
+    wrench: Array  # (c, 6, 6) as Estimate.wrench
 
 
-def propagate(observer: TorqueObserver, noise: ObserverNoise, q: np.ndarray) -> Uncertainty:
-    """Propagate sensor noise through the observer at a posture.
+def propagate(
+    observer: TorqueObserver,
+    noise: ObserverNoise,
+    q: Array,
+    dq: Array,
+    ddq: Array,
+    gyro: Array,
+    acc: Array,
+    dgyro: Array,
+) -> Uncertainty:
+    """Propagate all errors through the observer, linearised at an instant.
 
-    The results are linear in the readings and in the acceleration of the inertial
-    sensor; both maps are constant for a posture, so this may run at a low rate. Errors
-    of the model, of joint motion and of the gyro's rate are not included, nor what
-    the sensors leave undecided among several contacts.
+    The maps change with posture and motion only, so this may run at a low rate. Errors are
+    independent of each other; those of joint positions are not included, nor what the
+    sensors leave undecided among several contacts.
 
     Args:
         observer: The observer; its contacts are those in force.
-        noise: Standard deviations of the channels.
-        q: Joint positions, (n,) rad.
+        noise: Standard deviations of the channels and of the bodies.
+        q, dq, ddq, gyro, acc, dgyro: As ``TorqueObserver.step``.
     """
-    maps = _Maps(observer, q)
-    readings = np.repeat([noise.force, noise.moment], 3)
-    motion = np.repeat([noise.acceleration, noise.angular_acceleration], 3)
-    k = len(observer.offset)
-    sigma = np.concatenate([motion, np.tile(readings, k)])
-    wrench, torque = maps.wrench * sigma, maps.torque * sigma
-    return Uncertainty(np.sqrt((torque**2).sum(axis=1)), wrench @ wrench.transpose(0, 2, 1))
+    state = observer.motion(q, dq, ddq, gyro, acc, dgyro)
+    maps = _Maps(observer, *state, noise)
+    return Uncertainty(
+        np.sqrt((maps.torque**2).sum(axis=1)), maps.wrench @ maps.wrench.transpose(0, 2, 1)
+    )
 
 
 class _Maps:
-    """Derivatives of the results with respect to [acceleration (6), readings (6 k)]."""
+    """Results of one standard deviation of each error: p of motion and bodies, 6 k readings.
 
-    def __init__(self, observer: TorqueObserver, q: np.ndarray):
+    Args:
+        q, v, a: Of the model without leaves.
+    """
+
+    def __init__(
+        self, observer: TorqueObserver, q: Array, v: Array, a: Array, noise: ObserverNoise
+    ):
         graph = observer.graph
+        forces = _generalised_forces(observer, q, v, a, noise)
         full = graph.neutral.copy()
-        full[graph.tree.joint_q] = q
+        full[: len(q)] = q
         jacobian = pin.computeJointJacobians(graph.model, graph.data, full).copy()
-        bare = graph.bare_model
-        inertial = _acceleration_columns(bare, graph.bare_data, full[: bare.nq])
-        entering = self._entering(observer, inertial)
         entering_v = np.vstack([np.arange(6), graph.tree.cut_v])
         force_maps = np.linalg.inv(jacobian[:, entering_v].transpose(1, 2, 0))
+        entering = _entering(observer, forces, noise)
         external = np.einsum("st,tij,tjc->sic", graph.incidence, force_maps, entering)
         s, start = len(entering), graph.leaf_v
         leaves = jacobian[:, start : start + 6 * s].T.reshape(s, 6, 6)
         below = np.einsum("ns,sic->nic", graph.contact_below, external)
-        self.wrench = np.zeros((len(observer.contacts), *external.shape[1:]))  # (c, 6, 6 + 6 k)
+        self.wrench = np.zeros((len(observer.contacts), *external.shape[1:]))  # (c, 6, p + 6 k)
         self.wrench[observer.lone_rows] = (leaves @ external)[observer.lone_subtrees]
         for subtree in observer.shared:
             shares, net = subtree.at(graph.data), external[subtree.row]
@@ -73,27 +91,49 @@ class _Maps:
             below += shares.moved(self.wrench[subtree.rows], net)
         axes = jacobian[:, graph.tree.joint_v].T
         self.torque = -np.einsum("ni,nic->nc", axes, below)
-        self.torque[:, :6] += inertial[graph.tree.joint_v]
-
-    @staticmethod
-    def _entering(observer: TorqueObserver, inertial: np.ndarray) -> np.ndarray:
-        """Predicted minus measured wrench through the root and each sensor, (s, 6, 6 + 6 k)."""
-        tree = observer.graph.tree
-        k = len(tree.cut_v)
-        entering = np.zeros((k + 1, 6, 6 + 6 * k))
-        entering[0, :, :6] = inertial[:6]
-        for i in range(k):
-            entering[i + 1, :, :6] = inertial[tree.cut_v[i]]
-            entering[i + 1, :, 6 + 6 * i : 12 + 6 * i] = -tree.cut_sign[i] * np.eye(6)
-        return entering
+        self.torque[:, : forces.shape[1]] += forces[graph.tree.joint_v]
 
 
-def _acceleration_columns(model: pin.Model, data: pin.Data, q: np.ndarray) -> np.ndarray:
-    """Derivative of inverse dynamics with respect to the root's acceleration, (nv, 6)."""
-    rest, columns = np.zeros(model.nv), np.zeros((model.nv, 6))
-    unit = np.zeros(model.nv)
-    for i in range(6):
-        unit[i] = 1.0
-        columns[:, i] = pin.rnea(model, data, q, rest, unit)
-        unit[i] = 0.0
-    return columns
+def _generalised_forces(
+    observer: TorqueObserver, q: Array, v: Array, a: Array, noise: ObserverNoise
+) -> Array:
+    """Change of the inverse dynamics by one standard deviation of each error, (nv, p)."""
+    graph, joint_v = observer.graph, observer.graph.tree.joint_v
+    model, data = graph.bare_model, graph.bare_data
+    _, by_velocity, by_acceleration = pin.computeRNEADerivatives(model, data, q, v, a)
+    inertia = np.triu(by_acceleration) + np.triu(by_acceleration, 1).T
+    columns = [
+        inertia[:, :3] * noise.acceleration,
+        inertia[:, 3:6] * noise.angular_acceleration,
+        by_velocity[:, 3:6] * noise.angular_velocity,
+        by_velocity[:, joint_v] * noise.joint_velocity,
+        inertia[:, joint_v] * noise.joint_acceleration,
+    ]
+    if noise.mass or noise.center_of_mass:
+        columns += _by_bodies(
+            observer, pin.computeJointTorqueRegressor(model, data, q, v, a), noise
+        )
+    return np.hstack(columns)
+
+
+def _by_bodies(observer: TorqueObserver, regressor: Array, noise: ObserverNoise) -> list[Array]:
+    """The same of each body's mass, (nv, b), and of its centre of mass, (nv, 3 b)."""
+    bodies = np.array([body for body, _ in observer.graph.bodies])
+    parameters, by_center = observer.graph.body_parameters
+    effects = regressor.reshape(len(regressor), -1, 10)[:, bodies - 1]
+    mass = np.einsum("vbp,bp->vb", effects, parameters) * noise.mass
+    center = np.einsum("vbp,bip->vbi", effects, by_center) * noise.center_of_mass
+    return [mass, center.reshape(len(regressor), -1)]
+
+
+def _entering(observer: TorqueObserver, forces: Array, noise: ObserverNoise) -> Array:
+    """Predicted minus measured wrench through the root and each sensor, (s, 6, p + 6 k)."""
+    tree, p = observer.graph.tree, forces.shape[1]
+    k = len(tree.cut_v)
+    readings = np.diag(np.repeat([noise.force, noise.moment], 3))
+    entering = np.zeros((k + 1, 6, p + 6 * k))
+    entering[0, :, :p] = forces[:6]
+    for i in range(k):
+        entering[i + 1, :, :p] = forces[tree.cut_v[i]]
+        entering[i + 1, :, p + 6 * i : p + 6 * i + 6] = -tree.cut_sign[i] * readings
+    return entering

@@ -9,6 +9,7 @@ wrench of each sub-tree acts on a massless leaf of the tree.
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -119,7 +120,7 @@ class OrientedGraph:
         It needs the joints between its bodies and the inertial sensor.
         """
         needs = np.zeros((len(self.entry), self.robot.n), dtype=bool)
-        for body, subtree in self._bodies():
+        for body, subtree in self.bodies:
             needs[subtree] |= self.below([body])[:, 0]
         return needs
 
@@ -130,7 +131,7 @@ class OrientedGraph:
         too cancel but for their bodies above the joint.
         """
         needs = np.eye(self.robot.n, dtype=bool)
-        for body, subtree in self._bodies():
+        for body, subtree in self.bodies:
             path = self.below([body])[:, 0]
             counts = path != self._share_below[:, subtree]
             needs |= counts[:, None] & path[None, :]
@@ -141,7 +142,7 @@ class OrientedGraph:
     def prediction_joints(self) -> np.ndarray:
         """Return (k, n): whether a predicted reading needs the motion of a joint."""
         needs = self.below(self._cut_ids).T
-        for body, _ in self._bodies():
+        for body, _ in self.bodies:
             chain = self._chain(body)
             beyond = np.array([cut in chain for cut in self._cut_ids])
             needs = needs | (beyond[:, None] & self.below([body]).T)
@@ -155,10 +156,31 @@ class OrientedGraph:
         """Return (s, k): whether the wrench of a sub-tree needs a force/torque sensor."""
         return self.incidence[:, 1:] != 0.0
 
-    def _bodies(self) -> list[tuple[int, int]]:
+    @cached_property
+    def body_parameters(self) -> tuple[np.ndarray, np.ndarray]:
+        """Pinocchio's dynamic parameters of the bodies (b, 10) and their change with the centre
+        of mass (b, 3, 10), the inertia about it being constant."""
+        inertias = [self.bare_model.inertias[body] for body, _ in self.bodies]
+        parameters = np.array([inertia.toDynamicParameters() for inertia in inertias])
+        return parameters, np.array([_by_center(inertia) for inertia in inertias])
+
+    @cached_property
+    def bodies(self) -> list[tuple[int, int]]:
         """Model joints that carry mass, with their sub-trees."""
         heavy = [j for j in range(1, self._leaves[0]) if self.model.inertias[j].mass > 0.0]
         return [(j, self.entry.index(self._enter(j))) for j in heavy]
+
+
+def _by_center(inertia: pin.Inertia) -> np.ndarray:
+    """Return the change (3, 10) of a body's parameters with its centre of mass [1/m].
+
+    The parameters are quadratic in it, so that the central difference is exact.
+    """
+    moved = [
+        pin.Inertia(inertia.mass, inertia.lever + step, inertia.inertia).toDynamicParameters()
+        for step in (*np.eye(3), *-np.eye(3))
+    ]
+    return (np.array(moved[:3]) - np.array(moved[3:])) / 2.0
 
 
 def _joint_ids(model: pin.Model, starts: np.ndarray) -> list[int]:

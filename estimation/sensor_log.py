@@ -109,6 +109,11 @@ class SensorBlock:
     def __len__(self) -> int:
         return len(self.stamp)
 
+    def motion(self, i: int) -> tuple[Array, ...]:
+        """Return q, dq, ddq, and gyro, acc, dgyro of the first inertial sensor, of one sample."""
+        inertial = self.imu_gyro[i, 0], self.imu_acc[i, 0], self.imu_dgyro[i, 0]
+        return self.q[i], self.dq[i], self.ddq[i], *inertial
+
     def frame(self, i: int) -> SensorFrame:
         """Return one sample as a message."""
         quaternions = self.imu_quat_wxyz

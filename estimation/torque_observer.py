@@ -88,6 +88,24 @@ class TorqueObserver:
             gyro, acc, dgyro: Angular velocity, proper and angular acceleration of the
                 first inertial sensor, (3,) in its frame.
         """
+        motion = self.motion(q, dq, ddq, gyro, acc, dgyro)
+        pin.rnea(self._bare, self._bare_data, *motion)
+        pin.computeJointJacobians(self._model, self._data, self._q)
+        return self._balance(ft - self.offset)
+
+    def motion(
+        self,
+        q: np.ndarray,
+        dq: np.ndarray,
+        ddq: np.ndarray,
+        gyro: np.ndarray,
+        acc: np.ndarray,
+        dgyro: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return configuration, velocity and acceleration of the model without leaves.
+
+        Valid until the next call; arguments as those of ``step``.
+        """
         self._q[self._joint_q] = q
         v, a, joint_v = self._v, self._a, self._joint_v
         v[3:6] = gyro
@@ -95,9 +113,7 @@ class TorqueObserver:
         a[:3] = acc
         a[3:6] = dgyro
         a[joint_v] = ddq
-        pin.rnea(self._bare, self._bare_data, self._bare_q, self._v, a)
-        pin.computeJointJacobians(self._model, self._data, self._q)
-        return self._balance(ft - self.offset)
+        return self._bare_q, v, a
 
     def _balance(self, measured: np.ndarray) -> Estimate:
         """Turn predicted and measured readings into external wrenches and torques."""

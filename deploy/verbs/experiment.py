@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 def experiment(
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="external_wrench, ft_prediction or touch.")
+        str,
+        typer.Argument(metavar="NAME", help="coverage, external_wrench, ft_prediction or touch."),
     ],
     robot: Annotated[str, typer.Option(help="Robot name, or its description file.")] = "icub",
     seed: Annotated[int, typer.Option(min=0, help="Equal seeds give equal results.")] = 1,
@@ -31,6 +32,7 @@ def experiment(
 
     ft_prediction: model against measured F/T readings while the limbs move.
     external_wrench: known wrenches at a hand, and the torques that they make.
+    coverage: how often the stated intervals hold the truth.
     touch: pushes at random places, found by the contact detector.
     """
     report = _run(name, robot, seed, runs)

@@ -6,7 +6,7 @@ from robot_model.service_config import RobotServiceConfig
 
 
 class NoiseConfig(BaseModel):
-    """Standard deviations of the sensor frame's channels."""
+    """Standard deviations of the sensor frame's channels, and of the model's bodies."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -14,6 +14,11 @@ class NoiseConfig(BaseModel):
     moment: float = Field(default=0.02, gt=0.0)  # N m
     acceleration: float = Field(default=0.05, gt=0.0)  # m/s^2
     angular_acceleration: float = Field(default=0.15, gt=0.0)  # rad/s^2
+    angular_velocity: float = Field(default=0.01, ge=0.0)  # rad/s
+    joint_velocity: float = Field(default=0.001, ge=0.0)  # rad/s
+    joint_acceleration: float = Field(default=0.1, ge=0.0)  # rad/s^2
+    mass: float = Field(default=0.02, ge=0.0)  # 1
+    center_of_mass: float = Field(default=0.002, ge=0.0)  # m
 
 
 class TareConfig(BaseModel):

@@ -105,12 +105,12 @@ class ObserverService:
             if self._taring.active and validity.complete:
                 self._taring.add(frame, envelope.stamp)
             if not 0 <= envelope.stamp - self._uncertain_since < self._uncertainty_age:
-                self._refresh_uncertainty(frame.q, envelope.stamp)
+                self._refresh_uncertainty(_motion(frame), envelope.stamp)
         self._node.acknowledge(envelope.stamp)
 
     def _step(self, frame: SensorFrame) -> Estimate:
-        imu = frame.imu_gyro[0], frame.imu_acc[0], frame.imu_dgyro[0]
-        return self._observer.step(frame.q, frame.dq, frame.ddq, frame.ft, *imu)
+        q, dq, ddq, *inertial = _motion(frame)
+        return self._observer.step(q, dq, ddq, frame.ft, *inertial)
 
     def _write(self, estimate: Estimate, validity: Validity, like: Envelope) -> None:
         """Write torques, and what costs more only where somebody listens."""
@@ -168,11 +168,12 @@ class ObserverService:
         self._composer.prepare()
         self._dependencies = ChannelDependencies(self._observer.graph)
         self._uncertainty_age = int(self._config.uncertainty_period * 1e9)
-        self._refresh_uncertainty(self._robot.home, -1)
+        q, dq, ddq, _, *inertial = _still(self._robot)
+        self._refresh_uncertainty((q, dq, ddq, *inertial), -1)
 
-    def _refresh_uncertainty(self, q: np.ndarray, stamp: int) -> None:
+    def _refresh_uncertainty(self, motion: tuple[np.ndarray, ...], stamp: int) -> None:
         noise = ObserverNoise(**self._config.noise.model_dump())
-        self._uncertainty = propagate(self._observer, noise, q)
+        self._uncertainty = propagate(self._observer, noise, *motion)
         self._uncertain_since = stamp
 
     def _configure(self, old: TorqueObserverConfig, new: TorqueObserverConfig) -> None:
@@ -211,6 +212,12 @@ class ObserverService:
             "offset": dict(zip(names, self._observer.offset.tolist(), strict=True)),
             "taring": self._taring.active,
         }
+
+
+def _motion(frame: SensorFrame) -> tuple[np.ndarray, ...]:
+    """Arguments of an observer step but for the readings of force/torque sensors."""
+    inertial = frame.imu_gyro[0], frame.imu_acc[0], frame.imu_dgyro[0]
+    return frame.q, frame.dq, frame.ddq, *inertial
 
 
 def _still(robot: Robot) -> tuple[np.ndarray, ...]:

@@ -1,6 +1,7 @@
 """The stated uncertainty of the observer against sampled sensor noise."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from estimation.contact_set import Touch
@@ -9,7 +10,17 @@ from estimation.torque_observer import TorqueObserver
 from robot_model import load_robot
 from tests.estimation.observer_states import random_input
 
-NOISE = ObserverNoise(force=1.0, moment=0.03, acceleration=0.05, angular_acceleration=0.2)
+NOISE = ObserverNoise(
+    force=1.0,
+    moment=0.03,
+    acceleration=0.05,
+    angular_acceleration=0.2,
+    angular_velocity=0.01,
+    joint_velocity=0.01,
+    joint_acceleration=0.2,
+    mass=0.03,
+    center_of_mass=0.003,
+)
 
 
 @pytest.fixture(scope="module")
@@ -20,13 +31,32 @@ def observer():
 def sampled(observer, state, count):
     rng = np.random.default_rng(11)
     scale = np.repeat([NOISE.force, NOISE.moment], 3)
+    sizes = {
+        "ft": scale,
+        "acc": NOISE.acceleration,
+        "dgyro": NOISE.angular_acceleration,
+        "gyro": NOISE.angular_velocity,
+        "dq": NOISE.joint_velocity,
+        "ddq": NOISE.joint_acceleration,
+    }
+    bodies, inertias = (
+        [body for body, _ in observer.graph.bodies],
+        observer.graph.bare_model.inertias,
+    )
+    right = {body: inertias[body].copy() for body in bodies}
     for _ in range(count):
-        noisy = state._replace(
-            ft=state.ft + scale * rng.normal(size=state.ft.shape),
-            acc=state.acc + NOISE.acceleration * rng.normal(size=3),
-            dgyro=state.dgyro + NOISE.angular_acceleration * rng.normal(size=3),
+        for body, inertia in right.items():
+            factor = 1.0 + NOISE.mass * rng.normal()
+            center = inertia.lever + NOISE.center_of_mass * rng.normal(size=3)
+            inertias[body] = pin.Inertia(factor * inertia.mass, center, factor * inertia.inertia)
+        errors = {
+            name: size * rng.normal(size=getattr(state, name).shape) for name, size in sizes.items()
+        }
+        yield observer.step(
+            *state._replace(**{name: getattr(state, name) + e for name, e in errors.items()})
         )
-        yield observer.step(*noisy)
+    for body, inertia in right.items():
+        inertias[body] = inertia
 
 
 @pytest.mark.parametrize("hand", ["none", "force"])
@@ -36,7 +66,7 @@ def test_stated_uncertainty_equals_the_scatter_of_noisy_samples(observer, hand):
         touches.append(Touch("l_hand", np.zeros(3), "force"))
     observer.set_contacts(touches)
     state = random_input(observer.robot, np.random.default_rng(0))
-    stated = propagate(observer, NOISE, state.q)
+    stated = propagate(observer, NOISE, *state[:3], *state[4:])
     samples = list(sampled(observer, state, 3000))
     torque = np.array([sample.torque for sample in samples]).std(axis=0)
     wrench = np.array([sample.wrench for sample in samples]).std(axis=0)
@@ -47,7 +77,8 @@ def test_stated_uncertainty_equals_the_scatter_of_noisy_samples(observer, hand):
 
 def test_covariances_are_symmetric_and_positive_definite(observer):
     observer.set_contacts()
-    stated = propagate(observer, NOISE, observer.robot.home)
+    state = random_input(observer.robot, np.random.default_rng(0))
+    stated = propagate(observer, NOISE, *state[:3], *state[4:])
     np.testing.assert_allclose(stated.wrench, stated.wrench.transpose(0, 2, 1))
     assert (np.linalg.eigvalsh(stated.wrench) > 0.0).all()
     assert (stated.torque_std > 0.0).all()
