@@ -30,6 +30,7 @@ MASS, CENTER = 0.02, 0.002  # standard deviations: share of a body's mass, m
 BEGIN, END, EVERY = 400, 1200, 20  # ticks of 1 ms: first and last sample, and from one to the next
 FORCE = 10.0  # N, standard deviation of each axis of the push
 WINDOW = Kernel(period=1e-3, delay=0.024)  # s, the sensor pipeline's own
+CUT = 0.9594  # deviation of a normal variable that is cut at two of its own, as biases are
 INTERVALS = {"50 %": 0.67449, "68 %": 0.99446, "95 %": 1.95996, "99 %": 2.57583}  # in deviations
 
 
@@ -76,13 +77,13 @@ def run(robot: Robot, seed: int = 1, runs: int = 200) -> Report:
 
 
 def noise_of(profile: NoiseProfile, kernel: Kernel) -> ObserverNoise:
-    """Return what a noise profile makes of filtered channels; biases are half their bounds."""
+    """Return the standard deviations that a noise profile leaves in filtered channels."""
     value, slope, curvature = kernel.noise_gain.tolist()
     bits = profile.encoder_bits or 0
     count = 2.0 * np.pi / 2**bits / np.sqrt(12.0) if bits else 0.0  # rad, of a rounded position
 
     def combined(white: float, bias: float) -> float:
-        return float(np.hypot(value * white, bias / 2))
+        return float(np.hypot(value * white, CUT * bias / 2))
 
     return ObserverNoise(
         force=combined(profile.ft_force.white, profile.ft_force.bias),
