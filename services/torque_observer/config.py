@@ -2,6 +2,7 @@
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from estimation.tare import OffsetLimits, StillnessLimits
 from robot_model.service_config import RobotServiceConfig
 
 
@@ -16,16 +17,40 @@ class NoiseConfig(BaseModel):
     angular_acceleration: float = Field(default=0.15, gt=0.0)  # rad/s^2
 
 
-class TareConfig(BaseModel):
-    """When the robot rests, and how offsets are shared out."""
+class StillConfig(BaseModel):
+    """A robot that exceeds one of these does not rest."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     joint_velocity: float = Field(default=0.02, gt=0.0)  # rad/s
     joint_travel: float = Field(default=0.01, gt=0.0)  # rad
     angular_velocity: float = Field(default=0.05, gt=0.0)  # rad/s
+    force_spread: float = Field(default=3.0, gt=0.0)  # N
+    moment_spread: float = Field(default=0.3, gt=0.0)  # N m
+
+    def limits(self) -> StillnessLimits:
+        """Return them as the estimation takes them."""
+        return StillnessLimits(**self.model_dump())
+
+
+class TareConfig(BaseModel):
+    """How long a tare takes, when the robot rests, what is an offset, and what is kept."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    samples: int = Field(default=1000, ge=1, le=60_000)
+    least_samples: int = Field(default=20, ge=1)
+    still: StillConfig = StillConfig()
     force_bias: float = Field(default=2.0, gt=0.0)  # N
     moment_bias: float = Field(default=0.06, gt=0.0)  # N m
+    largest_force: float = Field(default=40.0, gt=0.0)  # N
+    largest_moment: float = Field(default=10.0, gt=0.0)  # N m
+    load: bool = False
+    kept: int = Field(default=20, ge=1, le=1000)
+
+    def largest(self) -> OffsetLimits:
+        """Return what is too large for an offset."""
+        return OffsetLimits(self.largest_force, self.largest_moment)
 
 
 class TorqueObserverConfig(RobotServiceConfig):
