@@ -40,7 +40,10 @@ Vector = np.ndarray
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RawFrame:
-    """What a driver delivers, unfiltered; absent channels are None."""
+    """What a driver delivers, unfiltered; absent channels are None.
+
+    ``ft_temperature_valid`` has one entry per sensor, or none when all are valid.
+    """
 
     TYPE: ClassVar[str] = "RawFrame/1"
     q: Vector = array("n", unit="rad")
@@ -55,6 +58,8 @@ class RawFrame:
     joint_valid: Vector = flags("n")
     ft_valid: Vector = flags("k")
     imu_valid: Vector = flags("m")
+    ft_temperature: Vector | None = array("k", unit="degC", optional=True)
+    ft_temperature_valid: list[bool] = scalar(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

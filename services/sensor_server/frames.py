@@ -1,15 +1,14 @@
 """The sensor frame, its views, and what is said while the driver is silent."""
 
 import time
-from dataclasses import replace
 
 import numpy as np
 
 from bus import Node
 from estimation.sensor_pipeline import SensorPipeline, without_nonfinite
 from robot_model import Robot, ports
-from robot_model.ft_convention import raw_to_wrenchbus
 from robot_model.messages import SensorFrame
+from services.sensor_server.calibration import Calibrated
 from services.sensor_server.config import SensorServerConfig
 from services.sensor_server.driver import Driver, Reading
 from services.sensor_server.views import Views
@@ -22,7 +21,7 @@ class Frames:
 
     def __init__(self, node: Node, robot: Robot, config: SensorServerConfig, driver: Driver):
         self._robot = robot
-        self._maps = raw_to_wrenchbus(robot) if driver.ft_convention == "urdf" else None
+        self._convention = driver.ft_convention
         self._check = not driver.checked
         self._nothing = _nothing(robot)
         self._complained = 0.0  # s
@@ -36,7 +35,12 @@ class Frames:
         self.configure(config)
 
     def configure(self, config: SensorServerConfig) -> None:
-        """Take a new filter; its window starts empty."""
+        """Take a new filter and calibration; the window starts empty.
+
+        Raises:
+            ValueError: The calibration names an unknown sensor.
+        """
+        self.calibrated = Calibrated(self._robot, self._convention, config.ft)
         filter = config.filter
         self._pipeline = SensorPipeline(
             self._robot, period=1.0 / config.rate, delay=filter.delay, bridge=filter.bridge
@@ -46,8 +50,7 @@ class Frames:
         """Write the sensor frame of a valid reading; True when its stamp jumped back."""
         restarted = self.reading is not None and reading.stamp < self.reading.stamp
         raw = without_nonfinite(reading.frame) if self._check else reading.frame
-        if self._maps is not None:
-            raw = replace(raw, ft=np.einsum("kij,kj->ki", self._maps, raw.ft))
+        raw = self.calibrated(raw, reading.stamp)
         self.reading, self.frame = reading, self._pipeline.step(raw, reading.stamp)
         self._write(self.frame, self._pipeline.reason)
         return restarted
