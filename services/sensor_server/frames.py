@@ -10,7 +10,7 @@ from robot_model import Robot, ports
 from robot_model.messages import SensorFrame
 from services.sensor_server.calibration import Calibrated
 from services.sensor_server.config import SensorServerConfig
-from services.sensor_server.driver import Driver, Reading
+from services.sensor_server.driver import Driver, FtConvention, Reading
 from services.sensor_server.views import Views
 
 INVALID_PERIOD = 0.02  # s between invalid frames while the driver is silent
@@ -21,7 +21,7 @@ class Frames:
 
     def __init__(self, node: Node, robot: Robot, config: SensorServerConfig, driver: Driver):
         self._robot = robot
-        self._convention = driver.ft_convention
+        self._convention: FtConvention = driver.ft_convention
         self._check = not driver.checked
         self._nothing = _nothing(robot)
         self._complained = 0.0  # s
