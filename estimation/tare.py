@@ -119,8 +119,8 @@ class RestingAverage:
         _refuse("moves", self._joints, "by", travel, c.joint_travel, "rad")
         _refuse("turns", gyro, "at", turning, c.angular_velocity, "rad/s")
         force, moment = spread[:, :3].max(axis=1), spread[:, 3:].max(axis=1)
-        _refuse("is touched", sensors, "varies by", force, c.force_spread, "N (std)")
-        _refuse("is touched", sensors, "varies by", moment, c.moment_spread, "N m (std)")
+        _refuse("is not at rest", sensors, "varies by", force, c.force_spread, "N (std)")
+        _refuse("is not at rest", sensors, "varies by", moment, c.moment_spread, "N m (std)")
 
 
 def _refuse(

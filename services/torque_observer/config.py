@@ -1,7 +1,10 @@
 """Settings of the torque observer."""
 
-from pydantic import BaseModel, ConfigDict, Field
+from typing import Self
 
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from estimation.drift_tracker import DriftLimits
 from estimation.tare import OffsetLimits, StillnessLimits
 from robot_model.service_config import RobotServiceConfig
 
@@ -26,7 +29,7 @@ class StillConfig(BaseModel):
     joint_travel: float = Field(default=0.01, gt=0.0)  # rad
     angular_velocity: float = Field(default=0.05, gt=0.0)  # rad/s
     force_spread: float = Field(default=3.0, gt=0.0)  # N
-    moment_spread: float = Field(default=0.3, gt=0.0)  # N m
+    moment_spread: float = Field(default=1.0, gt=0.0)  # N m
 
     def limits(self) -> StillnessLimits:
         """Return them as the estimation takes them."""
@@ -53,10 +56,37 @@ class TareConfig(BaseModel):
         return OffsetLimits(self.largest_force, self.largest_moment)
 
 
+class DriftConfig(BaseModel):
+    """Whether and how fast offsets follow what untouched sensors show."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    follow: bool = False
+    time_constant: float = Field(default=20.0, gt=0.0)  # s
+    force_rate: float = Field(default=0.01, gt=0.0)  # N/s
+    moment_rate: float = Field(default=3e-4, gt=0.0)  # N m/s
+    force_gate: float = Field(default=1.5, gt=0.0)  # N
+    moment_gate: float = Field(default=0.1, gt=0.0)  # N m
+    largest_force: float = Field(default=5.0, gt=0.0)  # N
+    largest_moment: float = Field(default=0.2, gt=0.0)  # N m
+    settle: float = Field(default=2.0, gt=0.0)  # s
+
+    def limits(self) -> DriftLimits:
+        """Return them as the estimation takes them."""
+        return DriftLimits(**self.model_dump(exclude={"follow"}))
+
+
 class TorqueObserverConfig(RobotServiceConfig):
     """Settings of the torque observer; ``config.yaml`` gives reasons."""
 
     noise: NoiseConfig = NoiseConfig()
     uncertainty_period: float = Field(default=0.1, gt=0.0)  # s
     tare: TareConfig = TareConfig()
+    drift: DriftConfig = DriftConfig()
     inputs: dict[str, str] = {}
+
+    @model_validator(mode="after")
+    def _repeatable(self) -> Self:
+        if self.lockstep and self.drift.follow:
+            raise ValueError("drift.follow: expected false in lockstep, whose runs must repeat")
+        return self

@@ -16,12 +16,14 @@ from estimation.torque_observer import Estimate, TorqueObserver
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import (
     ContactPoints,
+    Contacts,
     ExternalWrenches,
     FtPrediction,
     JointTorques,
     SensorFrame,
 )
 from services.torque_observer.config import TorqueObserverConfig
+from services.torque_observer.drift import Drift
 from services.torque_observer.messages import Composer
 from services.torque_observer.offset_store import OffsetStore
 from services.torque_observer.offsets import Offsets
@@ -56,6 +58,7 @@ class ObserverService:
         self._complained = 0.0  # s
         self._touch_error = ""
         self._open_ports()
+        self._drift = self._open_drift() if config.drift.follow else None
         self._follow_contacts()
         self._nothing = self._observer.step(*_still(robot))
         node.verb("tare", self.tare, help="take off what the resting robot's F/T sensors misread")
@@ -88,6 +91,18 @@ class ObserverService:
             )
         )
 
+    def _open_drift(self) -> Drift:
+        robot = self._robot
+        contacts = self._node.input(
+            ports.service_input(robot, self._node.name, "contacts"),
+            Contacts,
+            source=self._config.inputs.get("contacts", ports.name("contacts", robot)),
+            rate=ports.rate("contacts"),
+            model=robot.model_hash,
+            wakes=False,
+        )
+        return Drift(self._observer, contacts, self._config.drift)
+
     def spin(self) -> None:
         """Wait for one frame at most, and answer all that came."""
         self._node.wait(WAIT)
@@ -110,7 +125,10 @@ class ObserverService:
             validity = self._dependencies.validity(
                 frame.joint_valid, frame.ft_valid, frame.imu_valid
             )
-            self._write(self._step(frame), validity, envelope)
+            estimate = self._step(frame)
+            self._write(estimate, validity, envelope)
+            if self._drift is not None:
+                self._drift.follow(estimate, validity, envelope.stamp)
             if self._taring.active and validity.complete:
                 self._taring.add(frame, envelope.stamp)
             if not 0 <= envelope.stamp - self._uncertain_since < self._uncertainty_age:
@@ -185,6 +203,8 @@ class ObserverService:
         self._uncertain_since = stamp
 
     def _configure(self, old: TorqueObserverConfig, new: TorqueObserverConfig) -> None:
+        if old.drift.follow != new.drift.follow:
+            raise ValueError("drift.follow cannot be changed while the service runs")
         fixed = ("robot", "lockstep", "inputs")
         if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
             raise ValueError(f"{changed[0]} cannot be changed while the service runs")
@@ -193,6 +213,8 @@ class ObserverService:
         if new.support != old.support:
             self._taring.abandon(f"the support is now '{new.support}'")
             self._observer.set_contacts(support=new.support)
+        if self._drift is not None:
+            self._drift.configure(new.drift)
         self._follow_contacts()
 
     def tare(
@@ -239,6 +261,7 @@ class ObserverService:
             "contact_error": self._touch_error,
             "offset": dict(zip(names, self._observer.offset.tolist(), strict=True)),
             "tare": {"load": self._config.tare.load, **self._offsets.status()},
+            "drift": self._drift.status() if self._drift else {"followed": []},
             "taring": self._taring.active,
         }
 
