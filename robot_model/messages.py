@@ -42,7 +42,8 @@ Vector = np.ndarray
 class RawFrame:
     """What a driver delivers, unfiltered; absent channels are None.
 
-    ``ft_temperature_valid`` has one entry per sensor, or none when all are valid.
+    ``ft_temperature_valid`` is 1 where a temperature is valid, else 0; absent, all are. (Flags
+    would travel in every frame, also in those without temperatures.)
     """
 
     TYPE: ClassVar[str] = "RawFrame/1"
@@ -59,7 +60,7 @@ class RawFrame:
     ft_valid: Vector = flags("k")
     imu_valid: Vector = flags("m")
     ft_temperature: Vector | None = array("k", unit="degC", optional=True)
-    ft_temperature_valid: list[bool] = scalar(default_factory=list)
+    ft_temperature_valid: Vector | None = array("k", unit="1, or 0", optional=True)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -42,11 +42,9 @@ class Calibrated:
         return replace(raw, ft=ft, ft_valid=raw.ft_valid & ~lacking)
 
     def _good(self, raw: RawFrame) -> np.ndarray:
-        """Return which temperatures are valid; none when the flags are not one per sensor."""
+        """Return which temperatures are valid, (k,) bool."""
         flags = raw.ft_temperature_valid
-        if not flags:
-            return self._every
-        return np.array(flags) if len(flags) == len(self._every) else ~self._every
+        return self._every if flags is None else flags == 1.0
 
 
 def _calibration(robot: Robot, convention: FtConvention, config: FtConfig) -> FtCalibration | None:
