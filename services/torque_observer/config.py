@@ -5,7 +5,8 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from estimation.drift_tracker import DriftLimits
-from estimation.tare import OffsetLimits, StillnessLimits
+from estimation.resting import StillnessLimits
+from estimation.tare import OffsetLimits
 from robot_model.service_config import RobotServiceConfig
 
 

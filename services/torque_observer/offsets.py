@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from estimation.tare import RestingMean, TareResult
+from estimation.resting import RestingMean
+from estimation.tare import TareResult
 from estimation.torque_observer import TorqueObserver
 from services.torque_observer.offset_store import (
     OffsetStore,

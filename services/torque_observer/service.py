@@ -2,16 +2,14 @@
 
 import logging
 import time
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from bus import Node, Pending, Received
+from bus import Node, Received
 from bus.envelope import Envelope
 from estimation.dependencies import ChannelDependencies, Validity
 from estimation.observer_covariance import ObserverNoise, propagate
-from estimation.tare import RestingAverage, RestingMean, Tare, stance_supports
 from estimation.torque_observer import Estimate, TorqueObserver
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import (
@@ -25,9 +23,7 @@ from robot_model.messages import (
 from services.torque_observer.config import TorqueObserverConfig
 from services.torque_observer.drift import Drift
 from services.torque_observer.messages import Composer
-from services.torque_observer.offset_store import OffsetStore
-from services.torque_observer.offsets import Offsets
-from services.torque_observer.taring import Taring, reply
+from services.torque_observer.tare_verbs import TareVerbs
 
 logger = logging.getLogger(__name__)
 
@@ -50,10 +46,8 @@ class ObserverService:
         self._node, self._robot, self._config = node, robot, config
         self._observer = TorqueObserver(robot, config.support)
         self._composer = Composer(self._observer)
-        self._taring = Taring()
-        self._offsets = Offsets(self._observer, OffsetStore(robot, config.tare.kept))
-        if config.tare.load:
-            self._offsets.load()
+        self._tares = TareVerbs(node, self._observer, config.tare)
+        self._taring = self._tares.collecting
         self._last: Envelope | None = None
         self._complained = 0.0  # s
         self._touch_error = ""
@@ -61,10 +55,6 @@ class ObserverService:
         self._drift = self._open_drift() if config.drift.follow else None
         self._follow_contacts()
         self._nothing = self._observer.step(*_still(robot))
-        node.verb("tare", self.tare, help="take off what the resting robot's F/T sensors misread")
-        node.verb("tares", self._offsets.listed, help="list stored offsets")
-        node.verb("use_tare", self._offsets.use, help="put the stored offsets of a date in force")
-        node.verb("revert_tare", self._offsets.revert, help="undo the last tare or use_tare")
         node.verb("status", self.status, help="state, contacts, offsets")
         node.parameters.on_change(self._configure)
 
@@ -209,46 +199,13 @@ class ObserverService:
         if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
             raise ValueError(f"{changed[0]} cannot be changed while the service runs")
         self._config = new
-        self._offsets.configure(new.tare.kept)
+        self._tares.configure(new.tare)
         if new.support != old.support:
             self._taring.abandon(f"the support is now '{new.support}'")
             self._observer.set_contacts(support=new.support)
         if self._drift is not None:
             self._drift.configure(new.drift)
         self._follow_contacts()
-
-    def tare(
-        self, seconds: float | None = None, samples: int | None = None, stance: str = ""
-    ) -> Pending:
-        """Tare the sensors while the robot rests and only its supports touch it.
-
-        Args:
-            seconds: How long to average; else ``samples`` frames, by default the setting's.
-            samples: How many complete frames.
-            stance: What bears the robot (``pole``, ``floor``, ``l_sole``); the service's
-                support when empty.
-        """
-        c, robot = self._config.tare, self._robot
-        stance = stance or self._observer.support
-        stance_supports(robot, stance)
-        if seconds is not None and samples is not None:
-            raise ValueError("expected seconds or samples, got both")
-        count = 0 if seconds is not None else c.samples if samples is None else samples
-        limits, least = c.still.limits(), min(c.least_samples, count or c.least_samples)
-        average = RestingAverage(robot.joints, limits, robot.ft_sensors, least)
-        length = count / ports.rate("sensors") if seconds is None else float(seconds)
-        return self._taring.begin(length, average, partial(self._solve_tare, stance), count)
-
-    def _solve_tare(self, stance: str, rest: RestingMean) -> dict[str, Any]:
-        c, observer = self._config.tare, self._observer
-        solver = Tare(observer.graph, c.force_bias, c.moment_bias)
-        result = solver.solve(rest, stance, observer.offset)
-        result.check(self._robot.ft_sensors, c.largest())
-        record = self._offsets.found(result, rest, stance)
-        answer = reply(result, rest) | {"date": record.date, "stance": stance}
-        if self._offsets.error:
-            answer["message"] += f"; {self._offsets.error}"
-        return answer
 
     def status(self) -> dict[str, Any]:
         """Return the state of the service and what it assumes."""
@@ -260,7 +217,7 @@ class ObserverService:
             "contacts": contacts,
             "contact_error": self._touch_error,
             "offset": dict(zip(names, self._observer.offset.tolist(), strict=True)),
-            "tare": {"load": self._config.tare.load, **self._offsets.status()},
+            "tare": self._tares.status(),
             "drift": self._drift.status() if self._drift else {"followed": []},
             "taring": self._taring.active,
         }

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bus import Pending
-from estimation.tare import RestingAverage, RestingMean, TareError, TareResult
+from estimation.resting import RestingAverage, RestingMean, TareError
 from robot_model.messages import SensorFrame
 
 PATIENCE = 3.0  # s of wall time beyond the asked ones, then the frames are missing
@@ -77,16 +77,3 @@ class Taring:
             pending.fail(f"not tared: {error}")
         else:
             pending.reply(answer)
-
-
-def reply(result: TareResult, rest: RestingMean) -> dict[str, Any]:
-    """Return a tare in plain values."""
-    return {
-        "tared": list(result.tared),
-        "relative": [list(group) for group in result.relative],
-        "unobservable": list(result.unobservable),
-        "offset": result.offset.tolist(),
-        "spread": rest.spread.tolist(),
-        "samples": rest.samples,
-        "message": result.message,
-    }

@@ -6,16 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from estimation.resting import MovingError, RestingAverage, StillnessLimits, TareError
 from estimation.sensor_pipeline import SensorPipeline
-from estimation.tare import (
-    MovingError,
-    OffsetLimits,
-    RestingAverage,
-    StillnessLimits,
-    Tare,
-    TareError,
-    stance_supports,
-)
+from estimation.tare import OffsetLimits, Tare, stance_supports
 from estimation.torque_observer import TorqueObserver
 from robot_model import load_robot
 from robot_sim import Plant

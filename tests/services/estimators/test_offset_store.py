@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from estimation.tare import RestingMean, TareResult
+from estimation.resting import RestingMean
+from estimation.tare import TareResult
 from estimation.torque_observer import TorqueObserver
 from robot_model import load_robot
 from services.torque_observer.offset_store import OffsetStore, StoreError
