@@ -44,6 +44,7 @@ class TareResult:
         Raises:
             TareError: Names the sensor, its offset and the limit.
         """
+        bearing = " and ".join(self.supports) or "nothing"
         parts = (
             (self.offset[:, :3], limits.force, "N"),
             (self.offset[:, 3:], limits.moment, "N m"),
@@ -54,7 +55,7 @@ class TareResult:
             if norms[worst] > limit:
                 raise TareError(
                     f"{norms[worst]:.3g} {unit} on {sensors[worst]} is more than an offset, limit "
-                    f"{limit:g} {unit}; is the robot borne by {' and '.join(self.supports) or 'nothing'} alone?"
+                    f"{limit:g} {unit}; is the robot borne by {bearing} alone?"
                 )
 
     @property

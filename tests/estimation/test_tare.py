@@ -134,6 +134,8 @@ def test_a_stance_that_was_not_taken_is_refused_by_the_size_of_the_offsets(stand
     limits = OffsetLimits(force=40.0, moment=10.0)
     with pytest.raises(TareError, match="N on r_.*, limit 40 N; is the robot borne by l_sole"):
         result.check(standing.robot.ft_sensors, limits)
+    with pytest.raises(TareError, match="limit 40 N; is the robot borne by nothing alone"):
+        replace(result, supports=()).check(standing.robot.ft_sensors, limits)
 
 
 def test_an_unknown_stance_is_refused_with_those_that_exist(robot):
