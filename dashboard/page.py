@@ -15,6 +15,7 @@ from .html import line, note
 from .input_rows import input_table
 from .inputs import Inputs
 from .last_contact import LastContact
+from .offsets import offset_table
 from .panel import Panel
 from .port_rows import port_table
 from .rhythm import Rhythm
@@ -96,6 +97,7 @@ class Page:
             self._draw_torques(known)
             panel.ports.content = port_table(self._watch.outputs, self._inputs.ages())
             panel.inputs.content = input_table(self._watch.inputs)
+            panel.offsets.content = offset_table(self._watch.observer)
 
     def _draw_torques(self, known: Snapshot) -> None:
         if known.torques is None:

@@ -55,6 +55,7 @@ class Panel:
             self.result = gui.add_html(note("result", ""))
             self.recording = gui.add_html(note("recording", ""))
             self._add_legend(gui, config)
+            self.offsets = gui.add_html("")
             gui.add_html(note("torques-title", TORQUES))
             self.torques = gui.add_html("")
             self._add_view(gui, config)

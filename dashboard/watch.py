@@ -23,6 +23,7 @@ class Watch:
         self.inputs: list[InputRow] = []
         self.holding = False
         self.recorder: dict[str, Any] = {}  # its status; empty where there is none
+        self.observer: dict[str, Any] = {}  # likewise
         self._node, self._period, self._watched = node, period, watched
         self._written = Written()
         self._closing = threading.Event()
@@ -41,7 +42,8 @@ class Watch:
                 self.outputs = port_rows(ports, self._written, time.monotonic())
                 self.inputs = input_rows(ports)
                 self.holding = self._ask_holding()
-                self.recorder = self._ask_recorder()
+                self.recorder = self._ask_status("recorder", self.recorder)
+                self.observer = self._ask_status("torque_observer", self.observer)
 
     def _look(self) -> list[dict[str, Any]]:
         silent: set[tuple[str, int]] = (
@@ -70,11 +72,11 @@ class Watch:
             return self.holding
         return bool(status.get("holding", False))
 
-    def _ask_recorder(self) -> dict[str, Any]:
-        port = ports.rpc("recorder")
+    def _ask_status(self, service: str, known: dict[str, Any]) -> dict[str, Any]:
+        port = ports.rpc(service)
         if self._node.directory.leader(port) is None:
             return {}
         try:
             return self._node.call(port, "status", timeout=ANSWER)
         except BusError:
-            return self.recorder
+            return known

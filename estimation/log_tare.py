@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable
 
+from estimation.resting import RestingAverage, StillnessLimits
 from estimation.sensor_log import SensorBlock
-from estimation.tare import RestingAverage, StillnessLimits, Tare, TareResult
+from estimation.tare import OffsetLimits, Tare, TareResult
 from estimation.torque_observer import TorqueObserver
 
 
@@ -11,15 +12,17 @@ def tare_observer(
     observer: TorqueObserver,
     blocks: Iterable[SensorBlock],
     limits: StillnessLimits,
+    largest: OffsetLimits,
     force_bias: float,
     moment_bias: float,
 ) -> TareResult:
     """Set the observer's offsets to what a resting robot reveals; see ``Tare``.
 
     Raises:
-        MovingError: The robot moves, or channels are missing.
+        TareError: The robot moves, channels are missing, or an offset is too large for one.
     """
-    average = RestingAverage(observer.robot.joints, limits)
+    robot = observer.robot
+    average = RestingAverage(robot.joints, limits, robot.ft_sensors)
     for block in blocks:
         if block.complete:
             gyro, acc = block.imu_gyro[:, 0], block.imu_acc[:, 0]
@@ -27,5 +30,6 @@ def tare_observer(
                 average.add(*sample)
     solver = Tare(observer.graph, force_bias, moment_bias)
     result = solver.solve(average.mean(), observer.support, observer.offset)
+    result.check(robot.ft_sensors, largest)
     observer.offset = result.offset
     return result

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.tare import MovingError, RestingAverage, StillnessLimits
+from estimation.resting import MovingError, RestingAverage, StillnessLimits
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray

@@ -2,7 +2,8 @@
 
 While the robot rests and nothing but its supports touches it, every sub-tree without a
 support must feel no external wrench. That is one wrench equation per such sub-tree for
-the offsets of the sensors that bound it. On two feet this shows the arms' offsets, those
+the offsets of the sensors that bound it. On the pole and on one foot these are as many
+equations as unknowns: every offset is found. On two feet they show the arms' offsets, those
 of the hip sensors relative to the foot sensors, and the sum of the feet; a load shift
 between the feet looks like an offset, so their difference stays as it was.
 """
@@ -15,78 +16,16 @@ import scipy.linalg
 
 from estimation.contact_set import support_by_subtree
 from estimation.oriented_graph import OrientedGraph
-
-
-class MovingError(RuntimeError):
-    """The robot moved while it had to rest."""
+from estimation.resting import RestingMean, TareError
+from robot_model import Robot
 
 
 @dataclass(frozen=True)
-class StillnessLimits:
-    """A robot that exceeds one of these moves. Root mean squares over the window."""
+class OffsetLimits:
+    """What is beyond these is no offset but a contact, or a stance that was not taken."""
 
-    joint_velocity: float  # rad/s, of any joint
-    joint_travel: float  # rad, between the extremes of any joint
-    angular_velocity: float  # rad/s, norm of the gyro's reading, its bias included
-
-
-@dataclass(frozen=True, eq=False)
-class RestingMean:
-    """Mean sample of a resting robot."""
-
-    q: np.ndarray  # (n,) rad
-    ft: np.ndarray  # (k, 6) raw readings
-    acc: np.ndarray  # (3,) m/s^2
-    samples: int
-
-
-class RestingAverage:
-    """Collects samples while the robot rests."""
-
-    def __init__(self, joints: tuple[str, ...], limits: StillnessLimits):
-        self._joints = joints
-        self._limits = limits
-        self._count = 0
-
-    def add(
-        self, q: np.ndarray, dq: np.ndarray, ft: np.ndarray, gyro: np.ndarray, acc: np.ndarray
-    ) -> None:
-        """Add one sample: (n,), (n,), (k, 6), (3,), (3,)."""
-        if self._count == 0:
-            self._sums = [np.zeros_like(x) for x in (q, dq, ft, acc)]
-            self._turning = 0.0
-            self._lowest = self._highest = q
-        for total, value in zip(self._sums, (q, dq * dq, ft, acc), strict=True):
-            total += value
-        self._turning += float(gyro @ gyro)
-        self._lowest, self._highest = np.minimum(self._lowest, q), np.maximum(self._highest, q)
-        self._count += 1
-
-    def mean(self) -> RestingMean:
-        """Return the mean.
-
-        Raises:
-            MovingError: Something moved, or no sample came.
-        """
-        if self._count == 0:
-            raise MovingError("no complete sample came; tare needs every sensor")
-        q, squares, ft, acc = (total / self._count for total in self._sums)
-        self._check(np.sqrt(squares), np.sqrt(self._turning / self._count))
-        return RestingMean(q, ft, acc, self._count)
-
-    def _check(self, velocity: np.ndarray, turning: float) -> None:
-        limits, fastest = self._limits, int(velocity.argmax())
-        travel = self._highest - self._lowest
-        farthest = int(travel.argmax())
-        if velocity[fastest] > limits.joint_velocity:
-            what = f"{self._joints[fastest]} at {velocity[fastest]:.3f} rad/s"
-            raise MovingError(f"the robot moves: {what}, limit {limits.joint_velocity} rad/s")
-        if travel[farthest] > limits.joint_travel:
-            what = f"{self._joints[farthest]} by {travel[farthest]:.3f} rad"
-            raise MovingError(f"the robot moves: {what}, limit {limits.joint_travel} rad")
-        if turning > limits.angular_velocity:
-            limit = limits.angular_velocity
-            raise MovingError(f"the robot turns at {turning:.3f} rad/s, limit {limit} rad/s")
+    force: float  # N, norm
+    moment: float  # N m, norm
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +37,26 @@ class TareResult:
     relative: tuple[tuple[str, ...], ...]  # groups seen only in combination, by sub-tree
     unobservable: tuple[str, ...]  # sensors that share offsets which stay as they were
     supports: tuple[str, ...]
+
+    def check(self, sensors: tuple[str, ...], limits: OffsetLimits) -> None:
+        """Refuse what is too large to be an offset.
+
+        Raises:
+            TareError: Names the sensor, its offset and the limit.
+        """
+        bearing = " and ".join(self.supports) or "nothing"
+        parts = (
+            (self.offset[:, :3], limits.force, "N"),
+            (self.offset[:, 3:], limits.moment, "N m"),
+        )
+        for offset, limit, unit in parts:
+            norms = np.linalg.norm(offset, axis=1)
+            worst = int(norms.argmax())
+            if norms[worst] > limit:
+                raise TareError(
+                    f"{norms[worst]:.3g} {unit} on {sensors[worst]} is more than an offset, limit "
+                    f"{limit:g} {unit}; is the robot borne by {bearing} alone?"
+                )
 
     @property
     def message(self) -> str:
@@ -114,6 +73,26 @@ class TareResult:
         return "; ".join(parts)
 
 
+def stance_supports(robot: Robot, stance: str) -> dict[int, tuple[str, ...]]:
+    """Return the frames that bear the robot, by sub-tree.
+
+    Args:
+        robot: The robot.
+        stance: A kind of support (``floor``, ``pole``), or one of the supports' frames
+            when it stands on that alone, as ``l_sole`` does for one foot.
+
+    Raises:
+        LookupError: The robot has no such stance.
+    """
+    if stance in robot.supports:
+        return support_by_subtree(robot, stance)
+    frames = sorted({frame for frames in robot.supports.values() for frame in frames})
+    if stance not in frames:
+        exist = ", ".join((*robot.supports, *frames))
+        raise LookupError(f"{robot.name} has no stance '{stance}'; there are: {exist}")
+    return {robot.subtree_of(stance): (stance,)}
+
+
 class Tare:
     """Solves for the offsets that a resting robot reveals.
 
@@ -126,16 +105,19 @@ class Tare:
         self._graph = graph
         self._scale = np.repeat([force_bias, moment_bias], 3)  # N, N m
 
-    def solve(self, rest: RestingMean, support: str, offset: np.ndarray) -> TareResult:
+    def solve(self, rest: RestingMean, stance: str, offset: np.ndarray) -> TareResult:
         """Return the new offsets.
 
         Args:
             rest: Mean of the resting robot's samples.
-            support: Kind of support; only its frames touch anything.
+            stance: See ``stance_supports``; only its frames touch anything.
             offset: Offsets until now, (k, 6).
+
+        Raises:
+            LookupError: Unknown stance.
         """
         matrix, wrench = self._equations(rest, offset)
-        supports = support_by_subtree(self._graph.robot, support)
+        supports = stance_supports(self._graph.robot, stance)
         free = [s for s in range(len(wrench)) if s not in supports]
         rows = matrix[free].reshape(6 * len(free), -1)
         update = np.linalg.pinv(rows, rcond=1e-9) @ wrench[free].ravel()

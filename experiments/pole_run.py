@@ -6,8 +6,9 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from estimation.resting import RestingAverage, StillnessLimits
 from estimation.sensor_pipeline import SensorPipeline
-from estimation.tare import RestingAverage, StillnessLimits, Tare
+from estimation.tare import Tare
 from estimation.torque_observer import Estimate, TorqueObserver
 from robot_model import Robot
 from robot_model.messages import SensorFrame

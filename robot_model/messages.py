@@ -40,7 +40,11 @@ Vector = np.ndarray
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RawFrame:
-    """What a driver delivers, unfiltered; absent channels are None."""
+    """What a driver delivers, unfiltered; absent channels are None.
+
+    ``ft_temperature_valid`` is 1 where a temperature is valid, else 0; absent, all are. (Flags
+    would travel in every frame, also in those without temperatures.)
+    """
 
     TYPE: ClassVar[str] = "RawFrame/1"
     q: Vector = array("n", unit="rad")
@@ -55,6 +59,8 @@ class RawFrame:
     joint_valid: Vector = flags("n")
     ft_valid: Vector = flags("k")
     imu_valid: Vector = flags("m")
+    ft_temperature: Vector | None = array("k", unit="degC", optional=True)
+    ft_temperature_valid: Vector | None = array("k", unit="1, or 0", optional=True)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

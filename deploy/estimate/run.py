@@ -20,8 +20,8 @@ from estimation.log_tare import tare_observer
 from estimation.observer_covariance import ObserverNoise
 from estimation.residual_bank import ResidualBank
 from estimation.residual_model import is_measured
+from estimation.resting import TareError
 from estimation.sensor_log import SensorLog
-from estimation.tare import MovingError, StillnessLimits
 from estimation.torque_observer import TorqueObserver
 from robot_model.errors import DescriptionError
 
@@ -84,15 +84,13 @@ class Estimation:
             raise UsageError(f"tare: expected less than the log's {duration:g} s, got {seconds:g}")
         begin = self._filter_of(self.log.first(int(np.searchsorted(self.log.stamp, end))))
         config = self._settings.observer.tare
-        limits = StillnessLimits(
-            config.joint_velocity, config.joint_travel, config.angular_velocity
-        )
+        limits = config.still.limits(), config.largest()
         bias = config.force_bias, config.moment_bias
         try:
-            told = tare_observer(self.observer, begin.blocks(self._length), limits, *bias)
+            told = tare_observer(self.observer, begin.blocks(self._length), *limits, *bias)
             if self.contacts is not None:
                 self.contacts.tare(begin.blocks(self._length))
-        except MovingError as error:
+        except TareError as error:
             raise CommandError(f"not tared in the first {seconds:g} s: {error}") from None
         return told.message
 

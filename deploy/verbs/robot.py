@@ -69,29 +69,54 @@ def push(
 def tare(
     node: "Node",
     seconds: Annotated[float, typer.Option(min=0.1, help="How long to average.")] = 1.0,
+    stance: Annotated[
+        str, typer.Option(help="What bears the robot: pole, floor, l_sole; its support if unsaid.")
+    ] = "",
+    listed: Annotated[bool, typer.Option("--list", help="List the stored offsets.")] = False,
+    use: Annotated[
+        str, typer.Option(metavar="DATE", help="Put stored offsets in force; a beginning will do.")
+    ] = "",
+    revert: Annotated[bool, typer.Option("--revert", help="Undo the last tare or --use.")] = False,
     as_json: Json = False,
 ) -> None:
     """Tare the force/torque sensors.
 
-    The robot must stand still, touched by nothing but its supports.
+    The robot must stand still, touched by nothing but its supports. --list, --use and
+    --revert concern the torque observer, which stores what its tares find.
     """
-    from bus import RpcAbsent
-
-    answers: dict[str, Any] = {}
-    for service in TARED:
-        try:
-            answers[service] = node.call(
-                f"/{service}/rpc:i", "tare", {"seconds": seconds}, timeout=seconds + 5.0
-            )
-        except RpcAbsent:
-            continue
-    if not answers:
-        raise CommandError(f"nobody to tare: neither {' nor '.join(TARED)} runs")
+    if listed + bool(use) + revert > 1:
+        raise typer.BadParameter("expected one of --list, --use and --revert")
+    if listed or use or revert:
+        verb = "tares" if listed else "use_tare" if use else "revert_tare"
+        answers = _ask(node, {"torque_observer": {"date": use} if use else {}}, verb, 5.0)
+    else:
+        requests: dict[str, dict[str, Any]] = {name: {"seconds": seconds} for name in TARED}
+        if stance:
+            requests["torque_observer"]["stance"] = stance
+        answers = _ask(node, requests, "tare", seconds + 5.0)
     if as_json:
         print_json(answers)
     else:
         for service, answer in answers.items():
-            print_line(f"{service}: {answer['message']}")
+            for text in answer["message"].splitlines():
+                print_line(f"{service}: {text}")
+
+
+def _ask(
+    node: "Node", requests: dict[str, dict[str, Any]], verb: str, timeout: float
+) -> dict[str, Any]:
+    """Return the answers of those services that run."""
+    from bus import RpcAbsent
+
+    answers: dict[str, Any] = {}
+    for service, request in requests.items():
+        try:
+            answers[service] = node.call(f"/{service}/rpc:i", verb, request, timeout=timeout)
+        except RpcAbsent:
+            continue
+    if not answers:
+        raise CommandError(f"nobody to tare: {' or '.join(requests)} must run")
+    return answers
 
 
 @on_the_bus

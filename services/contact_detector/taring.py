@@ -10,7 +10,7 @@ from bus import Pending
 from estimation.contact_detector import ContactDetector
 from estimation.quiet_period import Quiet, QuietPeriod
 from estimation.residual_bank import ResidualBank
-from estimation.tare import MovingError
+from estimation.resting import MovingError
 from robot_model.messages import SensorFrame
 from services.contact_detector.config import TareConfig
 

@@ -1,11 +1,16 @@
 """Settings of the sensor server."""
 
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from robot_model.service_config import RobotServiceConfig
 from services.sensor_server.replay_config import ReplayConfig
+
+Row = tuple[float, float, float, float, float, float]
+IDENTITY: Any = tuple(tuple(float(i == j) for j in range(6)) for i in range(6))
+WORST_CONDITION = 1e6  # no sensor's matrix is near it; forces and moments differ by 1e2
 
 
 class BoundConfig(BaseModel):
@@ -53,6 +58,33 @@ class FilterConfig(BaseModel):
     kalman: KalmanConfig = KalmanConfig()
 
 
+class FtSensorConfig(BaseModel):
+    """Calibration of one force/torque sensor, in the axes and the sign of the driver's readings."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    matrix: tuple[Row, Row, Row, Row, Row, Row] = IDENTITY  # N, N m from N, N m
+    temperature: Row = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # N/K, N m/K
+    reference: float = Field(default=25.0, ge=-50.0, le=150.0)  # degC
+
+    @field_validator("matrix")
+    @classmethod
+    def _regular(cls, matrix: tuple[Row, ...]) -> tuple[Row, ...]:
+        condition = np.linalg.cond(np.array(matrix))
+        if condition > WORST_CONDITION:
+            raise ValueError(f"expected a regular 6x6 matrix, got condition {condition:.1e}")
+        return matrix
+
+
+class FtConfig(BaseModel):
+    """Calibration of the force/torque sensors, applied to what the driver delivers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    sensors: dict[str, FtSensorConfig] = {}
+    temperature_hold: float = Field(default=30.0, gt=0.0)  # s
+
+
 class CommandConfig(BaseModel):
     """Time limits of commands and feed-forward."""
 
@@ -71,6 +103,7 @@ class SensorServerConfig(RobotServiceConfig):
     driver: str = "plant"
     rate: float = Field(default=1000.0, gt=0.0)  # Hz
     filter: FilterConfig = FilterConfig()
+    ft: FtConfig = FtConfig()
     command: CommandConfig = CommandConfig()
     replay: ReplayConfig = ReplayConfig()
     inputs: dict[str, str] = {}

@@ -1,7 +1,6 @@
 """The sensor frame, its views, and what is said while the driver is silent."""
 
 import time
-from dataclasses import replace
 
 import numpy as np
 
@@ -9,10 +8,10 @@ from bus import Node
 from estimation.saturation import Saturation
 from estimation.sensor_pipeline import SensorPipeline, without_nonfinite
 from robot_model import Robot, ports
-from robot_model.ft_convention import raw_to_wrenchbus
 from robot_model.messages import SensorFrame
+from services.sensor_server.calibration import Calibrated
 from services.sensor_server.config import SensorServerConfig
-from services.sensor_server.driver import Driver, Reading
+from services.sensor_server.driver import Driver, FtConvention, Reading
 from services.sensor_server.filters import method_of
 from services.sensor_server.views import Views
 
@@ -24,7 +23,7 @@ class Frames:
 
     def __init__(self, node: Node, robot: Robot, config: SensorServerConfig, driver: Driver):
         self._robot = robot
-        self._maps = raw_to_wrenchbus(robot) if driver.ft_convention == "urdf" else None
+        self._convention: FtConvention = driver.ft_convention
         self._check = not driver.checked
         self._saturation = Saturation(robot)
         self._nothing = _nothing(robot)
@@ -39,7 +38,12 @@ class Frames:
         self.configure(config)
 
     def configure(self, config: SensorServerConfig) -> None:
-        """Take a new filter; its window starts empty."""
+        """Take a new filter and calibration; the window starts empty.
+
+        Raises:
+            ValueError: The calibration names an unknown sensor.
+        """
+        self.calibrated = Calibrated(self._robot, self._convention, config.ft)
         filter = config.filter
         self._pipeline = SensorPipeline(
             self._robot,
@@ -53,9 +57,8 @@ class Frames:
         """Write the sensor frame of a valid reading; True when its stamp jumped back."""
         restarted = self.reading is not None and reading.stamp < self.reading.stamp
         raw = without_nonfinite(reading.frame) if self._check else reading.frame
-        if self._maps is not None:
-            raw = replace(raw, ft=np.einsum("kij,kj->ki", self._maps, raw.ft))
-        frame = self._pipeline.step(self._saturation.take_out(raw), reading.stamp)
+        raw = self._saturation.take_out(self.calibrated(raw, reading.stamp))
+        frame = self._pipeline.step(raw, reading.stamp)
         self.reading, self.frame = reading, self._saturation.explain(frame)
         self._write(self.frame, self._pipeline.reason)
         return restarted

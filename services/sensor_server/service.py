@@ -71,10 +71,15 @@ class SensorServer:
         return not self._valid or bool(self._driver.silence)
 
     def _configure(self, old: SensorServerConfig, new: SensorServerConfig) -> None:
-        self.commands.configure(new)
-        if new.filter != old.filter:
+        if (new.filter, new.ft) != (old.filter, old.ft):
             self.frames.configure(new)
+        self.commands.configure(new)
 
     def status(self) -> dict[str, object]:
-        """Return the state of service, command and watchdogs."""
-        return {**self._node.status(), **self.commands.status()}
+        """Return the state of service, command, watchdogs and calibration."""
+        lacking = self.frames.calibrated.lacking
+        return {
+            **self._node.status(),
+            **self.commands.status(),
+            "ft_without_temperature": lacking,  # invalid therefore
+        }

@@ -1,7 +1,12 @@
 """Settings of the torque observer."""
 
-from pydantic import BaseModel, ConfigDict, Field
+from typing import Self
 
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from estimation.drift_tracker import DriftLimits
+from estimation.resting import StillnessLimits
+from estimation.tare import OffsetLimits
 from robot_model.service_config import RobotServiceConfig
 
 
@@ -21,16 +26,60 @@ class NoiseConfig(BaseModel):
     center_of_mass: float = Field(default=0.002, ge=0.0)  # m
 
 
-class TareConfig(BaseModel):
-    """When the robot rests, and how offsets are shared out."""
+class StillConfig(BaseModel):
+    """A robot that exceeds one of these does not rest."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     joint_velocity: float = Field(default=0.02, gt=0.0)  # rad/s
     joint_travel: float = Field(default=0.01, gt=0.0)  # rad
     angular_velocity: float = Field(default=0.05, gt=0.0)  # rad/s
+    force_spread: float = Field(default=3.0, gt=0.0)  # N
+    moment_spread: float = Field(default=1.0, gt=0.0)  # N m
+
+    def limits(self) -> StillnessLimits:
+        """Return them as the estimation takes them."""
+        return StillnessLimits(**self.model_dump())
+
+
+class TareConfig(BaseModel):
+    """How long a tare takes, when the robot rests, what is an offset, and what is kept."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    samples: int = Field(default=1000, ge=1, le=60_000)
+    least_samples: int = Field(default=20, ge=1)
+    still: StillConfig = StillConfig()
     force_bias: float = Field(default=2.0, gt=0.0)  # N
     moment_bias: float = Field(default=0.06, gt=0.0)  # N m
+    largest_force: float = Field(default=40.0, gt=0.0)  # N
+    largest_moment: float = Field(default=10.0, gt=0.0)  # N m
+    load: bool = False
+    kept: int = Field(default=20, ge=1, le=1000)
+
+    def largest(self) -> OffsetLimits:
+        """Return what is too large for an offset."""
+        return OffsetLimits(self.largest_force, self.largest_moment)
+
+
+class DriftConfig(BaseModel):
+    """Whether and how fast offsets follow what untouched sensors show."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    follow: bool = False
+    time_constant: float = Field(default=20.0, gt=0.0)  # s
+    force_rate: float = Field(default=0.01, gt=0.0)  # N/s
+    moment_rate: float = Field(default=3e-4, gt=0.0)  # N m/s
+    force_gate: float = Field(default=1.5, gt=0.0)  # N
+    moment_gate: float = Field(default=0.1, gt=0.0)  # N m
+    largest_force: float = Field(default=5.0, gt=0.0)  # N
+    largest_moment: float = Field(default=0.2, gt=0.0)  # N m
+    settle: float = Field(default=2.0, gt=0.0)  # s
+
+    def limits(self) -> DriftLimits:
+        """Return them as the estimation takes them."""
+        return DriftLimits(**self.model_dump(exclude={"follow"}))
 
 
 class TorqueObserverConfig(RobotServiceConfig):
@@ -39,4 +88,11 @@ class TorqueObserverConfig(RobotServiceConfig):
     noise: NoiseConfig = NoiseConfig()
     uncertainty_period: float = Field(default=0.1, gt=0.0)  # s
     tare: TareConfig = TareConfig()
+    drift: DriftConfig = DriftConfig()
     inputs: dict[str, str] = {}
+
+    @model_validator(mode="after")
+    def _repeatable(self) -> Self:
+        if self.lockstep and self.drift.follow:
+            raise ValueError("drift.follow: expected false in lockstep, whose runs must repeat")
+        return self

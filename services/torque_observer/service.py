@@ -6,23 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from bus import Node, Pending, Received
+from bus import Node, Received
 from bus.envelope import Envelope
 from estimation.dependencies import ChannelDependencies, Validity
 from estimation.observer_covariance import ObserverNoise, propagate
-from estimation.tare import RestingAverage, RestingMean, StillnessLimits, Tare, TareResult
 from estimation.torque_observer import Estimate, TorqueObserver
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import (
     ContactPoints,
+    Contacts,
     ExternalWrenches,
     FtPrediction,
     JointTorques,
     SensorFrame,
 )
 from services.torque_observer.config import TorqueObserverConfig
+from services.torque_observer.drift import Drift
 from services.torque_observer.messages import Composer, touches
-from services.torque_observer.taring import Taring
+from services.torque_observer.tare_verbs import TareVerbs
 
 logger = logging.getLogger(__name__)
 
@@ -45,14 +46,15 @@ class ObserverService:
         self._node, self._robot, self._config = node, robot, config
         self._observer = TorqueObserver(robot, config.support)
         self._composer = Composer(self._observer)
-        self._taring = Taring()
+        self._tares = TareVerbs(node, self._observer, config.tare)
+        self._taring = self._tares.collecting
         self._last: Envelope | None = None
         self._complained = 0.0  # s
         self._touch_error = ""
         self._open_ports()
+        self._drift = self._open_drift() if config.drift.follow else None
         self._follow_contacts()
         self._nothing = self._observer.step(*_still(robot))
-        node.verb("tare", self.tare, help="take off what the resting robot's F/T sensors misread")
         node.verb("status", self.status, help="state, contacts, offsets")
         node.parameters.on_change(self._configure)
 
@@ -79,6 +81,18 @@ class ObserverService:
             )
         )
 
+    def _open_drift(self) -> Drift:
+        robot = self._robot
+        contacts = self._node.input(
+            ports.service_input(robot, self._node.name, "contacts"),
+            Contacts,
+            source=self._config.inputs.get("contacts", ports.name("contacts", robot)),
+            rate=ports.rate("contacts"),
+            model=robot.model_hash,
+            wakes=False,
+        )
+        return Drift(self._observer, contacts, self._config.drift)
+
     def spin(self) -> None:
         """Wait for one frame at most, and answer all that came."""
         self._node.wait(WAIT)
@@ -101,7 +115,10 @@ class ObserverService:
             validity = self._dependencies.validity(
                 frame.joint_valid, frame.ft_valid, frame.imu_valid, frame.faults
             )
-            self._write(self._step(frame), validity, envelope)
+            estimate = self._step(frame)
+            self._write(estimate, validity, envelope)
+            if self._drift is not None:
+                self._drift.follow(estimate, validity, envelope.stamp)
             if self._taring.active and validity.complete:
                 self._taring.add(frame, envelope.stamp)
             if not 0 <= envelope.stamp - self._uncertain_since < self._uncertainty_age:
@@ -177,28 +194,19 @@ class ObserverService:
         self._uncertain_since = stamp
 
     def _configure(self, old: TorqueObserverConfig, new: TorqueObserverConfig) -> None:
+        if old.drift.follow != new.drift.follow:
+            raise ValueError("drift.follow cannot be changed while the service runs")
         fixed = ("robot", "lockstep", "inputs")
         if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
             raise ValueError(f"{changed[0]} cannot be changed while the service runs")
         self._config = new
+        self._tares.configure(new.tare)
         if new.support != old.support:
             self._taring.abandon(f"the support is now '{new.support}'")
             self._observer.set_contacts(support=new.support)
+        if self._drift is not None:
+            self._drift.configure(new.drift)
         self._follow_contacts()
-
-    def tare(self, seconds: float = 1.0) -> Pending:
-        """Tare the sensors while the robot rests and only its supports touch it."""
-        c = self._config.tare
-        limits = StillnessLimits(c.joint_velocity, c.joint_travel, c.angular_velocity)
-        average = RestingAverage(self._robot.joints, limits)
-        return self._taring.begin(float(seconds), average, self._solve_tare)
-
-    def _solve_tare(self, rest: RestingMean) -> TareResult:
-        c, observer = self._config.tare, self._observer
-        solver = Tare(observer.graph, c.force_bias, c.moment_bias)
-        result = solver.solve(rest, observer.support, observer.offset)
-        observer.offset = result.offset
-        return result
 
     def status(self) -> dict[str, Any]:
         """Return the state of the service and what it assumes."""
@@ -210,6 +218,8 @@ class ObserverService:
             "contacts": contacts,
             "contact_error": self._touch_error,
             "offset": dict(zip(names, self._observer.offset.tolist(), strict=True)),
+            "tare": self._tares.status(),
+            "drift": self._drift.status() if self._drift else {"followed": []},
             "taring": self._taring.active,
         }
 

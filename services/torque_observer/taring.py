@@ -5,12 +5,12 @@ from collections.abc import Callable
 from typing import Any
 
 from bus import Pending
-from estimation.tare import MovingError, RestingAverage, RestingMean, TareResult
+from estimation.resting import RestingAverage, RestingMean, TareError
 from robot_model.messages import SensorFrame
 
 PATIENCE = 3.0  # s of wall time beyond the asked ones, then the frames are missing
 
-Solve = Callable[[RestingMean], TareResult]
+Solve = Callable[[RestingMean], dict[str, Any]]
 
 
 class Taring:
@@ -19,19 +19,28 @@ class Taring:
     def __init__(self) -> None:
         self._pending: Pending | None = None
 
-    def begin(self, seconds: float, average: RestingAverage, solve: Solve) -> Pending:
-        """Collect for some seconds of the frames' time, then answer with what ``solve`` finds.
+    def begin(
+        self, seconds: float, average: RestingAverage, solve: Solve, samples: int = 0
+    ) -> Pending:
+        """Collect for a time of the frames, or a number of them; answer with what ``solve`` finds.
+
+        Args:
+            seconds: How long; the usual length of ``samples`` when these are given.
+            average: What the frames are added to.
+            solve: Called with their mean.
+            samples: How many complete frames; 0: as many as come in ``seconds``.
 
         Raises:
             ValueError: A meaningless duration.
             RuntimeError: A tare is running already.
         """
-        if not 0.05 <= seconds <= 60.0:
-            raise ValueError(f"seconds must lie between 0.05 and 60, got {seconds}")
+        if not 0.01 <= seconds <= 60.0:
+            raise ValueError(f"a tare takes 0.01 to 60 s, got {seconds} s")
         if self._pending is not None:
             raise RuntimeError("a tare is running already")
         self._average, self._solve = average, solve
         self._nanoseconds, self._end = int(seconds * 1e9), 0
+        self._samples = samples
         self._deadline = time.monotonic() + 2.0 * seconds + PATIENCE
         self._pending = Pending()
         return self._pending
@@ -45,7 +54,7 @@ class Taring:
         if self._end == 0:
             self._end = stamp + self._nanoseconds
         self._average.add(frame.q, frame.dq, frame.ft, frame.imu_gyro[0], frame.imu_acc[0])
-        if stamp >= self._end:
+        if self._average.samples >= self._samples if self._samples else stamp >= self._end:
             self._finish()
 
     def abandon(self, reason: str) -> None:
@@ -63,18 +72,8 @@ class Taring:
         assert self._pending is not None
         pending, self._pending = self._pending, None
         try:
-            result = self._solve(self._average.mean())
-        except MovingError as error:
+            answer = self._solve(self._average.mean())
+        except TareError as error:
             pending.fail(f"not tared: {error}")
         else:
-            pending.reply(_reply(result))
-
-
-def _reply(result: TareResult) -> dict[str, Any]:
-    return {
-        "tared": list(result.tared),
-        "relative": [list(group) for group in result.relative],
-        "unobservable": list(result.unobservable),
-        "offset": result.offset.tolist(),
-        "message": result.message,
-    }
+            pending.reply(answer)

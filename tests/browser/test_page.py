@@ -29,6 +29,7 @@ def test_page_shows_state_and_contact_and_its_buttons_work(page):
 
     page.press("Tare")
     page.await_text("result", "^tare contact_detector: tare refused: the robot moves")
+    page.await_text("offsets", r"l_arm_ft\s*1\.2 -0\.5 2\.0")
 
     page.press("Pause")
     page.await_text("status", "^paused")

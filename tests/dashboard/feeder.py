@@ -74,7 +74,8 @@ class Feeder:
     def _serve(self) -> None:
         sim = {"push": self._push, "pause": self._pause, "resume": self._resume}
         self.node.rpc(ports.sim_rpc(self.robot), sim)
-        self.node.rpc(ports.rpc("torque_observer"), {"tare": self._tare})
+        observer = {"tare": self._tare, "status": self._offsets}
+        self.node.rpc(ports.rpc("torque_observer"), observer)
         self.node.rpc(ports.rpc("contact_detector"), {"tare": self._refuse})
         stops = {"stop": self._stop, "release": self._release, "status": self._status}
         self.node.rpc(ports.rpc("sensor_server"), stops)
@@ -107,6 +108,11 @@ class Feeder:
 
     def _tare(self, seconds: float = 1.0) -> dict[str, Any]:
         return {"tared": ["l_arm_ft"], "unobservable": [], "message": f"tared in {seconds:g} s"}
+
+    def _offsets(self) -> dict[str, Any]:
+        offset = {"l_arm_ft": [1.25, -0.5, 2.0, 0.01, 0.02, 0.03]}
+        tare = {"date": "2026-01-01", "stance": "pole", "samples": 1000, "error": ""}
+        return {"offset": offset, "tare": tare | {"spread": {"l_arm_ft": [0.25] * 6}}}
 
     def _refuse(self, seconds: float = 1.0) -> dict[str, Any]:
         raise RuntimeError("tare refused: the robot moves, l_elbow at 0.30 rad/s")

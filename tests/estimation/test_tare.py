@@ -1,9 +1,14 @@
 """Tare: what a resting robot reveals about its sensors' offsets, and what it does not."""
 
+from dataclasses import replace
+
 import numpy as np
+import pinocchio as pin
 import pytest
 
-from estimation.tare import MovingError, RestingAverage, StillnessLimits, Tare
+from estimation.resting import MovingError, RestingAverage, StillnessLimits, TareError
+from estimation.sensor_pipeline import SensorPipeline
+from estimation.tare import OffsetLimits, Tare, stance_supports
 from estimation.torque_observer import TorqueObserver
 from robot_model import load_robot
 from robot_sim import Plant
@@ -96,6 +101,107 @@ def test_on_the_pole_every_sensor_is_tared(hanging, biases):
     assert result.tared == hanging.robot.ft_sensors and not result.unobservable
 
 
+def on_one_foot(plant, mean):
+    """Move the support from the pole to the left sole: its wrench passes the left leg."""
+    robot, truth = plant.robot, plant.truth()
+    tree = robot.tree
+    data = tree.model.createData()
+    base = pin.XYZQUATToSE3([*truth.base_position, *truth.base_quat_wxyz[[1, 2, 3, 0]]])
+    pin.framesForwardKinematics(tree.model, data, tree.configuration(mean.q, base))
+    root_M = data.oMf[tree.frame_id(truth.support_frames[0])]
+    ft = mean.ft.copy()
+    for name in ("l_leg_ft", "l_foot_ft"):
+        i = robot.ft_sensors.index(name)
+        link, link_M_sensor = robot.frame(robot.ft_frames[i])
+        sensor_M_root = (data.oMf[tree.frame_id(link)] * link_M_sensor).actInv(root_M)
+        ft[i] -= sensor_M_root.act(pin.Force(truth.support_wrench[0])).vector
+    return replace(mean, ft=ft)
+
+
+def test_on_one_foot_every_sensor_is_tared(hanging, biases):
+    observer = TorqueObserver(hanging.robot)
+    mean = on_one_foot(hanging, rest(hanging, biases))
+    assert np.abs(mean.ft - biases)[4, 2] > 200.0  # the left foot bears the robot
+    result = Tare(observer.graph, 2.0, 0.06).solve(mean, "l_sole", observer.offset)
+    np.testing.assert_allclose(result.offset, biases, atol=5e-3)
+    assert result.tared == hanging.robot.ft_sensors and result.supports == ("l_sole",)
+
+
+def test_a_stance_that_was_not_taken_is_refused_by_the_size_of_the_offsets(standing, biases):
+    observer = TorqueObserver(standing.robot)
+    mean = rest(standing, biases, 100)
+    result = Tare(observer.graph, 2.0, 0.06).solve(mean, "l_sole", observer.offset)
+    limits = OffsetLimits(force=40.0, moment=10.0)
+    with pytest.raises(TareError, match="N on r_.*, limit 40 N; is the robot borne by l_sole"):
+        result.check(standing.robot.ft_sensors, limits)
+    with pytest.raises(TareError, match="limit 40 N; is the robot borne by nothing alone"):
+        replace(result, supports=()).check(standing.robot.ft_sensors, limits)
+
+
+def test_an_unknown_stance_is_refused_with_those_that_exist(robot):
+    with pytest.raises(LookupError, match="no stance 'l_hand'; .*floor.*pole.*l_sole.*r_sole"):
+        stance_supports(robot, "l_hand")
+
+
+def realistic(robot, base):
+    """Mean of a second of rest as the sensor server gives it, and the true offsets."""
+    plant = Plant(robot, base=base, profile="realistic", seed=0)
+    pipeline = SensorPipeline(robot)
+    average = RestingAverage(robot.joints, LIMITS, robot.ft_sensors)
+    error = np.zeros((6, 6))
+    for i in range(4000 if base == "free" else 2500):
+        plant.step()
+        raw = plant.raw()
+        frame = pipeline.step(raw, plant.time)
+        error += (raw.ft - plant.truth().ft) if i < 1000 else 0.0
+        if i >= (3000 if base == "free" else 1500):
+            average.add(frame.q, frame.dq, frame.ft, frame.imu_gyro[0], frame.imu_acc[0])
+    return plant, average.mean(), error / 1000
+
+
+def test_with_realistic_noise_the_offsets_on_pole_and_one_foot_are_found(robot):
+    plant, mean, bias = realistic(robot, "fixed")
+    solver = Tare(TorqueObserver(robot).graph, 2.0, 0.06)
+    pole = np.abs(solver.solve(mean, "pole", np.zeros((6, 6))).offset - bias)
+    assert pole[:, :3].max() < 0.3 and pole[:, 3:].max() < 0.06
+    assert np.abs(bias[:, :3]).max() > 1.0
+    foot = np.abs(solver.solve(on_one_foot(plant, mean), "l_sole", np.zeros((6, 6))).offset - bias)
+    # the accelerometer's bias tilts the weight that the standing leg bears
+    bearing = [robot.ft_sensors.index(name) for name in ("l_leg_ft", "l_foot_ft")]
+    assert foot[bearing, :3].max() < 2.0 and foot[bearing, 3:].max() < 1.0
+    assert np.delete(foot, bearing, axis=0)[:, :3].max() < 0.3
+    np.testing.assert_allclose(mean.spread[:, :3], 0.05, atol=0.03)
+
+
+def test_with_realistic_noise_arms_and_the_sum_of_the_feet_are_found_on_two_feet(robot):
+    _, mean, bias = realistic(robot, "free")
+    solver = Tare(TorqueObserver(robot).graph, 2.0, 0.06)
+    error = solver.solve(mean, "floor", np.zeros((6, 6))).offset - bias
+    assert np.abs(error[ARMS, :3]).max() < 0.2 and np.abs(error[ARMS, 3:]).max() < 0.02
+    feet = [robot.ft_sensors.index(name) for name in ("l_foot_ft", "r_foot_ft")]
+    assert np.abs(error[feet, :3].sum(axis=0)).max() < 2.0
+
+
+def test_a_reading_that_varies_is_refused_with_its_sensor(robot):
+    limits = replace(LIMITS, force_spread=1.0)
+    average = RestingAverage(robot.joints, limits, robot.ft_sensors)
+    for i in range(10):
+        ft = np.zeros((6, 6))
+        ft[1, 2] = 4.0 * (i % 2)
+        average.add(np.zeros(robot.n), np.zeros(robot.n), ft, np.zeros(3), np.zeros(3))
+    with pytest.raises(
+        MovingError, match=r"is not at rest: r_arm_ft varies by 2.000 N \(std\), limit 1 N"
+    ):
+        average.mean()
+
+
+def test_too_few_samples_are_no_tare(robot):
+    average = RestingAverage(robot.joints, LIMITS, robot.ft_sensors, least=20)
+    average.add(np.zeros(robot.n), np.zeros(robot.n), np.zeros((6, 6)), np.zeros(3), np.zeros(3))
+    with pytest.raises(MovingError, match="1 complete samples came, expected 20"):
+        average.mean()
+
+
 def test_a_second_tare_changes_nothing(standing, biases):
     observer = TorqueObserver(standing.robot)
     mean = rest(standing, biases)
@@ -109,7 +215,7 @@ def test_a_second_tare_changes_nothing(standing, biases):
     ("dq", "gyro", "drift", "text"),
     [
         (0.1, 0.0, 0.0, "neck_pitch at 0.100 rad/s"),
-        (0.0, 0.2, 0.0, "turns at 0.200 rad/s"),
+        (0.0, 0.2, 0.0, "turns: the gyro at 0.200 rad/s, limit 0.05 rad/s"),
         (0.0, 0.0, 0.01, "neck_pitch by 0.0"),
     ],
 )

@@ -54,7 +54,8 @@ class Feed:
 
 def sensor_frame(raw: RawFrame, changes: dict[str, Any]) -> SensorFrame:
     """Return the sensor frame of exact readings, with some channels changed."""
-    values = {field.name: getattr(raw, field.name) for field in fields(raw)}
+    both = {field.name for field in fields(raw)} & {field.name for field in fields(SensorFrame)}
+    values = {name: getattr(raw, name) for name in both}
     return SensorFrame(**(values | changes))
 
 

@@ -154,10 +154,18 @@ def test_tare_refuses_a_moving_robot_and_answers_a_resting_one(feed, hub):
     (torques,) = ready(feed, "torques")
     feed.until(lambda: says(torques, True))
 
-    def tare():
+    def call(verb, arguments):
         with Node("asker", connect=hub, signals=False) as asker:
             asker.ready()
-            return asker.call(ports.rpc("torque_observer"), "tare", {"seconds": 0.1}, timeout=20.0)
+            return asker.call(ports.rpc("torque_observer"), verb, arguments, timeout=20.0)
+
+    def tare(**more):
+        return call("tare", more or {"seconds": 0.1})
+
+    def ask(pool, verb, arguments):
+        answer = pool.submit(call, verb, arguments)
+        feed.until(answer.done)
+        return answer.result()
 
     with ThreadPoolExecutor(1) as pool:
         feed.changes = {"dq": np.full(ROBOT.n, 0.5)}
@@ -170,6 +178,24 @@ def test_tare_refuses_a_moving_robot_and_answers_a_resting_one(feed, hub):
         answered = pool.submit(tare)
         feed.until(answered.done)
         reply = answered.result()
-    assert reply["tared"] == ["l_arm_ft", "r_arm_ft"]
-    assert "cannot be observed" in reply["message"]
-    assert np.array(reply["offset"]).shape == (6, 6)
+        assert reply["tared"] == ["l_arm_ft", "r_arm_ft"]
+        assert "cannot be observed" in reply["message"]
+        assert np.array(reply["offset"]).shape == (6, 6)
+        check_store(reply, lambda verb, **more: ask(pool, verb, more))
+        refused = pool.submit(tare, samples=30, stance="l_sole")
+        feed.until(refused.done)
+        with pytest.raises(RpcError, match="more than an offset, limit 40 N"):
+            refused.result()
+
+
+def check_store(reply, ask):
+    """The tare is listed with its spread, can be reverted and chosen again."""
+    status = ask("status")
+    assert status["tare"]["date"] == reply["date"] and status["tare"]["stance"] == "floor"
+    assert status["tare"]["load"] is False and len(status["tare"]["spread"]) == 6
+    assert ask("tares")["tares"][-1]["date"] == reply["date"]
+    assert ask("revert_tare")["in_use"] == ""
+    assert not any(map(any, ask("status")["offset"].values()))
+    assert ask("use_tare", date=reply["date"])["in_use"] == reply["date"]
+    with pytest.raises(RpcError, match="expected the date of one tare, got '1999'"):
+        ask("use_tare", date="1999")
