@@ -26,7 +26,9 @@ class Uncertainty(NamedTuple):
     wrench: np.ndarray  # (s, 6, 6) as Estimate.wrench
 
 
-def propagate(observer: TorqueObserver, noise: ObserverNoise, q: np.ndarray) -> Uncertainty:
+def propagate(
+    observer: TorqueObserver, noise: ObserverNoise, q: np.ndarray, motion: np.ndarray | None = None
+) -> Uncertainty:
     """Propagate sensor noise through the observer at a posture.
 
     The results are linear in the readings and in the acceleration of the inertial
@@ -37,14 +39,24 @@ def propagate(observer: TorqueObserver, noise: ObserverNoise, q: np.ndarray) -> 
         observer: The observer; its contacts are those in force.
         noise: Standard deviations of the channels.
         q: Joint positions, (n,) rad.
+        motion: Covariance (6, 6) of the root's [proper, angular] acceleration; diagonal,
+            and the noise's, when None.
     """
     maps = _Maps(observer, q)
     readings = np.repeat([noise.force, noise.moment], 3)
-    motion = np.repeat([noise.acceleration, noise.angular_acceleration], 3)
+    white = np.repeat([noise.acceleration, noise.angular_acceleration], 3)
     k = len(observer.offset)
-    sigma = np.concatenate([motion, np.tile(readings, k)])
+    sigma = np.concatenate([white, np.tile(readings, k)])
     wrench, torque = maps.wrench * sigma, maps.torque * sigma
+    if motion is not None:
+        root = _square_root(motion)
+        wrench[..., :6], torque[:, :6] = maps.wrench[..., :6] @ root, maps.torque[:, :6] @ root
     return Uncertainty(np.sqrt((torque**2).sum(axis=1)), wrench @ wrench.transpose(0, 2, 1))
+
+
+def _square_root(covariance: np.ndarray) -> np.ndarray:
+    values, axes = np.linalg.eigh(covariance)
+    return axes * np.sqrt(np.maximum(values, 0.0))
 
 
 class _Maps:

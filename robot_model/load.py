@@ -8,6 +8,7 @@ from robot_model.body_graph import RigidBody, Subtree, rigid_bodies, subtree_fra
 from robot_model.checks import find_problems, ft_element
 from robot_model.description import Description, description_file, find_urdf, read_description
 from robot_model.errors import DescriptionError
+from robot_model.inertial import InertialSensor
 from robot_model.robot import Robot
 from robot_model.urdf import ForceTorqueElement, Urdf, read_urdf
 
@@ -22,7 +23,7 @@ def load_robot(robot: str | Path = "icub") -> Robot:
     file = description_file(robot)
     description = read_description(file)
     urdf_path, package_dirs = find_urdf(description.urdf, file)
-    urdf = read_urdf(urdf_path)
+    urdf = read_urdf(urdf_path).with_sensors(row.name for row in description.imus)
     if problems := find_problems(description, urdf):
         raise DescriptionError(f"{file} (URDF {urdf_path})", problems)
     return _assemble(description, urdf.locked(description.locked_joints), file, package_dirs)
@@ -47,7 +48,8 @@ def _assemble(description: Description, urdf: Urdf, file: Path, package_dirs: li
         ft_elements=elements,
         ft_frames=tuple(row.frame or row.name for row in sensors),
         part_sensors=_by_part([row.part for row in sensors]),
-        imus=tuple(description.imus),
+        imus=tuple(row.name for row in description.imus),
+        inertial={row.name: InertialSensor(**row.model_dump()) for row in description.imus},
         subtrees=_subtrees(description, urdf, elements, bodies),
         bodies=bodies,
         supports={kind: tuple(frames) for kind, frames in description.supports.items()}

@@ -9,6 +9,8 @@ import numpy as np
 from bus import Node, Pending, Received
 from bus.envelope import Envelope
 from estimation.dependencies import ChannelDependencies, Validity
+from estimation.inertial_fusion import InertialNoise
+from estimation.kinematic_source import FIRST, KinematicSource
 from estimation.observer_covariance import ObserverNoise, propagate
 from estimation.tare import RestingAverage, RestingMean, StillnessLimits, Tare, TareResult
 from estimation.torque_observer import Estimate, TorqueObserver
@@ -44,6 +46,7 @@ class ObserverService:
     def __init__(self, node: Node, robot: Robot, config: TorqueObserverConfig):
         self._node, self._robot, self._config = node, robot, config
         self._observer = TorqueObserver(robot, config.support)
+        self._source = self._make_source(config)
         self._composer = Composer(self._observer)
         self._taring = Taring()
         self._last: Envelope | None = None
@@ -98,19 +101,31 @@ class ObserverService:
         if not envelope.valid:
             self._write_nothing(envelope.reason)
         else:
-            validity = self._dependencies.validity(
-                frame.joint_valid, frame.ft_valid, frame.imu_valid
-            )
-            self._write(self._step(frame), validity, envelope)
+            estimate, imu_valid = self._step(frame)
+            validity = self._dependencies.validity(frame.joint_valid, frame.ft_valid, imu_valid)
+            self._write(estimate, validity, envelope)
             if self._taring.active and validity.complete:
                 self._taring.add(frame, envelope.stamp)
             if not 0 <= envelope.stamp - self._uncertain_since < self._uncertainty_age:
                 self._refresh_uncertainty(frame.q, envelope.stamp)
         self._node.acknowledge(envelope.stamp)
 
-    def _step(self, frame: SensorFrame) -> Estimate:
-        imu = frame.imu_gyro[0], frame.imu_acc[0], frame.imu_dgyro[0]
-        return self._observer.step(frame.q, frame.dq, frame.ddq, frame.ft, *imu)
+    def _step(self, frame: SensorFrame) -> tuple[Estimate, np.ndarray]:
+        """Return the estimate, and whether there was a kinematic source, (1 or more,)."""
+        if self._source is None:
+            imu, valid = (frame.imu_gyro[0], frame.imu_acc[0], frame.imu_dgyro[0]), frame.imu_valid
+        else:
+            source = self._source.step(frame)
+            imu, valid = source.motion, np.array([source.valid])
+        return self._observer.step(frame.q, frame.dq, frame.ddq, frame.ft, *imu), valid
+
+    def _make_source(self, config: TorqueObserverConfig) -> KinematicSource | None:
+        """None where the first inertial sensor, the observer's root, is the source itself."""
+        name, robot = config.kinematic_source, self._robot
+        if name in (FIRST, robot.imus[0]):
+            return None
+        noise = InertialNoise(**config.source_noise.model_dump())
+        return KinematicSource(robot, name, config.fixed_link_gravity, noise)
 
     def _write(self, estimate: Estimate, validity: Validity, like: Envelope) -> None:
         """Write torques, and what costs more only where somebody listens."""
@@ -166,20 +181,25 @@ class ObserverService:
     def _follow_contacts(self) -> None:
         """Bring up to date what depends on where the contacts are."""
         self._composer.prepare()
-        self._dependencies = ChannelDependencies(self._observer.graph)
+        self._dependencies = ChannelDependencies(self._observer.graph, self._source_name)
         self._uncertainty_age = int(self._config.uncertainty_period * 1e9)
         self._refresh_uncertainty(self._robot.home, -1)
 
     def _refresh_uncertainty(self, q: np.ndarray, stamp: int) -> None:
         noise = ObserverNoise(**self._config.noise.model_dump())
-        self._uncertainty = propagate(self._observer, noise, q)
+        motion = None
+        if self._source is not None:
+            self._source.refresh(q)
+            motion = self._source.covariance
+        self._uncertainty = propagate(self._observer, noise, q, motion)
         self._uncertain_since = stamp
 
     def _configure(self, old: TorqueObserverConfig, new: TorqueObserverConfig) -> None:
         fixed = ("robot", "lockstep", "inputs")
         if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
             raise ValueError(f"{changed[0]} cannot be changed while the service runs")
-        self._config = new
+        source = self._make_source(new)
+        self._config, self._source = new, source
         if new.support != old.support:
             self._taring.abandon(f"the support is now '{new.support}'")
             self._observer.set_contacts(support=new.support)
@@ -199,6 +219,10 @@ class ObserverService:
         observer.offset = result.offset
         return result
 
+    @property
+    def _source_name(self) -> str:
+        return self._robot.imus[0] if self._source is None else self._source.name
+
     def status(self) -> dict[str, Any]:
         """Return the state of the service and what it assumes."""
         names = self._robot.ft_sensors
@@ -206,6 +230,7 @@ class ObserverService:
         return {
             **self._node.status(),
             "support": self._observer.support,
+            "kinematic_source": self._source_name,
             "contacts": contacts,
             "contact_error": self._touch_error,
             "offset": dict(zip(names, self._observer.offset.tolist(), strict=True)),
