@@ -241,7 +241,7 @@ def _inertial_mounts(root: ElementTree.Element, links: Mapping[str, Link]) -> di
     mounts = {}
     for item in root.findall("sensor"):
         name, parent = item.attrib["name"], item.find("parent")
-        on = None if parent is None else parent.get("link")
+        on = "" if parent is None else parent.get("link", "")
         inertial = item.get("type") in ("accelerometer", "gyroscope", "imu")
         if inertial and on in links and name not in links:
             origin = _placement(item.find("origin"))

@@ -86,6 +86,9 @@ class ExactSensors:
         trees = cut, self._data, robot.tree, body.data
         self._imus = [Imu(name, *trees) for name in robot.imus]
         self._unmeasured = _unmeasured(robot)
+        complete = [sensor.complete for sensor in robot.inertial_sensors]
+        pairs = zip(self._imus, complete, strict=True)
+        self._attitudes = [imu.attitude if whole else _no_attitude for imu, whole in pairs]
 
     def _place_state(self, tree: TreeModel, cut: TreeModel) -> None:
         """Allocate the cut tree's state, and find where the body's numbers go in it."""
@@ -122,8 +125,12 @@ class ExactSensors:
             gyro=motion[:, 0],
             acceleration=motion[:, 1],
             angular_acceleration=motion[:, 2],
-            attitude=[imu.attitude() for imu in self._imus],
+            attitude=[attitude() for attitude in self._attitudes],
         )
+
+
+def _no_attitude() -> Quaternion:
+    return 1.0, 0.0, 0.0, 0.0
 
 
 def _unmeasured(robot: Robot) -> Array | None:
