@@ -60,7 +60,9 @@ class InertialFusion:
 
     The weights belong to the posture of the last ``refresh``; the estimate stays unbiased
     when the robot has moved on. What errors of the angular velocity do to the centripetal
-    and Coriolis terms is left out of the covariance.
+    and Coriolis terms is left out of the covariance. ``step`` and ``at`` together take 0.17
+    ms for ten sensors and 0.21 ms for 23, ``refresh`` 0.26 and 0.46 ms, where a step of the
+    observer takes 0.03 ms.
 
     Args:
         robot: The robot.

@@ -104,7 +104,7 @@ class ObserverService:
             estimate, imu_valid = self._step(frame)
             validity = self._dependencies.validity(frame.joint_valid, frame.ft_valid, imu_valid)
             self._write(estimate, validity, envelope)
-            if self._taring.active and validity.complete:
+            if self._taring.active and validity.complete and frame.imu_valid[0]:
                 self._taring.add(frame, envelope.stamp)
             if not 0 <= envelope.stamp - self._uncertain_since < self._uncertainty_age:
                 self._refresh_uncertainty(frame.q, envelope.stamp)
