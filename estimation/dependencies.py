@@ -27,12 +27,13 @@ class ChannelDependencies:
 
     A lost force/torque sensor invalidates the two sub-trees that it joins and the joint
     torques that are computed through it; a lost joint what lies beyond it as seen from
-    the inertial sensor, and its own sub-tree; a lost inertial sensor everything.
+    the inertial sensor, and its own sub-tree; a lost inertial sensor everything. Another
+    kinematic source has a name, and takes the first inertial sensor's place.
     """
 
-    def __init__(self, graph: OrientedGraph):
+    def __init__(self, graph: OrientedGraph, source: str | None = None):
         robot = graph.robot
-        self._names = (*robot.joints, *robot.ft_sensors, *robot.imus[:1])
+        self._names = (*robot.joints, *robot.ft_sensors, source or robot.imus[0])
         own = np.eye(len(robot.ft_sensors), dtype=bool)
         self._torque_needs = _with_imu(graph.torque_joints(), graph.torque_sensors())
         self._subtree_needs = _with_imu(graph.subtree_joints(), graph.subtree_sensors())
@@ -47,7 +48,7 @@ class ChannelDependencies:
 
         Args:
             joint, ft, imu: Validity of joints (n,), force/torque (k,) and inertial
-                sensors (m,), boolean.
+                sensors (m,), boolean; of the last, the first counts.
             faults: Of the sensor frame: why a sensor is invalid, ``name: why``.
         """
         key = (joint.tobytes(), ft.tobytes(), imu.tobytes(), tuple(faults))

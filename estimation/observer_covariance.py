@@ -42,6 +42,7 @@ def propagate(
     gyro: Array,
     acc: Array,
     dgyro: Array,
+    source: Array | None = None,
 ) -> Uncertainty:
     """Propagate all errors through the observer, linearised at an instant.
 
@@ -53,12 +54,19 @@ def propagate(
         observer: The observer; its contacts are those in force.
         noise: Standard deviations of the channels and of the bodies.
         q, dq, ddq, gyro, acc, dgyro: As ``TorqueObserver.step``.
+        source: Covariance (6, 6) of the root's [proper, angular] acceleration; diagonal,
+            and the noise's, when None.
     """
     state = observer.motion(q, dq, ddq, gyro, acc, dgyro)
-    maps = _Maps(observer, *state, noise)
+    maps = _Maps(observer, *state, noise, source)
     return Uncertainty(
         np.sqrt((maps.torque**2).sum(axis=1)), maps.wrench @ maps.wrench.transpose(0, 2, 1)
     )
+
+
+def _square_root(covariance: Array) -> Array:
+    values, axes = np.linalg.eigh(covariance)
+    return axes * np.sqrt(np.maximum(values, 0.0))
 
 
 class _Maps:
@@ -66,13 +74,20 @@ class _Maps:
 
     Args:
         q, v, a: Of the model without leaves.
+        source: As in ``propagate``.
     """
 
     def __init__(
-        self, observer: TorqueObserver, q: Array, v: Array, a: Array, noise: ObserverNoise
+        self,
+        observer: TorqueObserver,
+        q: Array,
+        v: Array,
+        a: Array,
+        noise: ObserverNoise,
+        source: Array | None,
     ):
         graph = observer.graph
-        forces = _generalised_forces(observer, q, v, a, noise)
+        forces = _generalised_forces(observer, q, v, a, noise, source)
         full = graph.neutral.copy()
         full[: len(q)] = q
         jacobian = pin.computeJointJacobians(graph.model, graph.data, full).copy()
@@ -95,16 +110,21 @@ class _Maps:
 
 
 def _generalised_forces(
-    observer: TorqueObserver, q: Array, v: Array, a: Array, noise: ObserverNoise
+    observer: TorqueObserver,
+    q: Array,
+    v: Array,
+    a: Array,
+    noise: ObserverNoise,
+    source: Array | None,
 ) -> Array:
     """Change of the inverse dynamics by one standard deviation of each error, (nv, p)."""
     graph, joint_v = observer.graph, observer.graph.tree.joint_v
     model, data = graph.bare_model, graph.bare_data
     _, by_velocity, by_acceleration = pin.computeRNEADerivatives(model, data, q, v, a)
     inertia = np.triu(by_acceleration) + np.triu(by_acceleration, 1).T
+    root = np.diag(np.repeat([noise.acceleration, noise.angular_acceleration], 3))
     columns = [
-        inertia[:, :3] * noise.acceleration,
-        inertia[:, 3:6] * noise.angular_acceleration,
+        inertia[:, :6] @ (root if source is None else _square_root(source)),
         by_velocity[:, 3:6] * noise.angular_velocity,
         by_velocity[:, joint_v] * noise.joint_velocity,
         inertia[:, joint_v] * noise.joint_acceleration,

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from robot_model.body_graph import RigidBody, rigid_bodies, subtree_frames
-from robot_model.description import Description, ForceTorqueRow, JointRow, RotorBlock
+from robot_model.description import Description, ForceTorqueRow, InertialRow, JointRow, RotorBlock
 from robot_model.names import did_you_mean
 from robot_model.urdf import MOVING, ForceTorqueElement, Urdf
 
@@ -38,16 +38,26 @@ def _names(description: Description) -> Iterator[str]:
     sensors = description.ft_sensors
     yield from _duplicates([row.name for row in description.joints], "joints:")
     yield from _duplicates([row.name for row in sensors], "ft_sensors:")
-    yield from _duplicates(description.imus, "imus:")
+    yield from _duplicates([row.name for row in description.imus], "imus:")
+    yield from _inertial(description.imus)
+    names = [row.name for row in description.imus]
     for name in description.imu_ranges:
-        if name not in description.imus:
-            yield f"imu_ranges: unknown sensor '{name}'{did_you_mean(name, description.imus)}"
+        if name not in names:
+            yield f"imu_ranges: unknown sensor '{name}'{did_you_mean(name, names)}"
     subtrees = [description.root_subtree.name, *(row.subtree for row in sensors)]
     yield from _duplicates(subtrees, "sub-tree")
     parts = {row.part for row in description.joints}
     for row in sensors:
         if row.part not in parts:
             yield f"ft_sensors.{row.name}: unknown part '{row.part}'{did_you_mean(row.part, parts)}"
+
+
+def _inertial(rows: list[InertialRow]) -> Iterator[str]:
+    for number, row in enumerate(rows):
+        if not (row.gyro or row.accelerometer):
+            yield f"imus: '{row.name}' measures nothing"
+        elif number == 0 and not (row.gyro and row.accelerometer):
+            yield f"imus: the first, '{row.name}', must have a gyro and an accelerometer"
 
 
 def _joints(description: Description, urdf: Urdf) -> Iterator[str]:
@@ -115,7 +125,7 @@ def _rotor_block(block: RotorBlock, names: list[str]) -> Iterator[str]:
 def _frames(description: Description, urdf: Urdf) -> Iterator[str]:
     uses = [("base_link", description.base_link)]
     uses += [("root_subtree.default_frame", description.root_subtree.default_frame)]
-    uses += [("imus", name) for name in description.imus]
+    uses += [("imus", row.name) for row in description.imus]
     uses += [(f"soles.{name}", name) for name in description.soles]
     for kind, frames in description.supports.items():
         uses += [(f"supports.{kind}", name) for name in frames]

@@ -2,10 +2,10 @@
 
 import importlib.util
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
 from robot_model.errors import DescriptionError
@@ -75,6 +75,20 @@ class InertialRange(Strict):
     acceleration: float | None = Field(default=None, gt=0.0)  # m/s^2
 
 
+class InertialRow(Strict):
+    """One inertial sensor; a bare name is one that measures everything."""
+
+    name: str  # URDF link, frame or inertial <sensor>
+    gyro: bool = True
+    accelerometer: bool = True
+    noise: float = Field(default=1.0, gt=0.0)  # errors relative to the profile's
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_name(cls, value: Any) -> Any:
+        return {"name": value} if isinstance(value, str) else value
+
+
 class RootSubtree(Strict):
     """The sub-tree that holds the base link."""
 
@@ -93,7 +107,7 @@ class Description(Strict):
     rotor_blocks: list[RotorBlock] = []
     root_subtree: RootSubtree
     ft_sensors: list[ForceTorqueRow] = []
-    imus: list[str] = []
+    imus: list[InertialRow] = []
     imu_ranges: dict[str, InertialRange] = {}
     supports: dict[str, list[str]] = {}
     soles: dict[str, list[tuple[float, float, float]]] = {}  # m, in the support frame
@@ -121,12 +135,28 @@ def description_file(robot: str | Path) -> Path:
 def read_description(file: Path) -> Description:
     """Read and check a description file's form (not yet against its URDF)."""
     try:
-        content = yaml.load(file.read_text(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-        return Description.model_validate(content)
+        return Description.model_validate(_content(file))
     except (OSError, yaml.YAMLError) as error:
         raise DescriptionError(str(file), [" ".join(str(error).split())]) from None
     except ValidationError as error:
         raise DescriptionError(str(file), [_describe(item) for item in error.errors()]) from None
+
+
+def description_text(file: Path) -> str:
+    """Return the text of a description that stands by itself, without ``extends``."""
+    text = file.read_text()
+    return yaml.safe_dump(_content(file)) if "\nextends:" in f"\n{text}" else text
+
+
+def _content(file: Path) -> Any:
+    """Read a file; with ``extends`` its keys replace those of the file named there."""
+    content = yaml.load(file.read_text(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    if not isinstance(content, dict) or "extends" not in content:
+        return content
+    base = file.parent / str(content.pop("extends"))
+    if base.resolve() == file.resolve():
+        raise yaml.YAMLError(f"extends: '{base.name}' is this file itself")
+    return {**_content(base), **content}
 
 
 def _describe(item: ErrorDetails) -> str:

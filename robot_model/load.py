@@ -14,6 +14,7 @@ from robot_model.description import (
     read_description,
 )
 from robot_model.errors import DescriptionError
+from robot_model.inertial import InertialSensor
 from robot_model.robot import Robot
 from robot_model.urdf import ForceTorqueElement, Urdf, read_urdf
 
@@ -28,7 +29,7 @@ def load_robot(robot: str | Path = "icub") -> Robot:
     file = description_file(robot)
     description = read_description(file)
     urdf_path, package_dirs = find_urdf(description.urdf, file)
-    urdf = read_urdf(urdf_path)
+    urdf = read_urdf(urdf_path).with_sensors(row.name for row in description.imus)
     if problems := find_problems(description, urdf):
         raise DescriptionError(f"{file} (URDF {urdf_path})", problems)
     return _assemble(description, urdf.locked(description.locked_joints), file, package_dirs)
@@ -54,8 +55,9 @@ def _assemble(description: Description, urdf: Urdf, file: Path, package_dirs: li
         ft_frames=tuple(row.frame or row.name for row in sensors),
         part_sensors=_by_part([row.part for row in sensors]),
         ft_range=np.array([row.range or [np.inf] * 6 for row in sensors]).reshape(-1, 6),
-        imus=tuple(description.imus),
         imu_range=_inertial_ranges(description),
+        imus=tuple(row.name for row in description.imus),
+        inertial={row.name: InertialSensor(**row.model_dump()) for row in description.imus},
         subtrees=_subtrees(description, urdf, elements, bodies),
         bodies=bodies,
         supports={kind: tuple(frames) for kind, frames in description.supports.items()}
@@ -81,7 +83,7 @@ def _by_part(parts: list[str]) -> dict[str, np.ndarray]:
 
 def _inertial_ranges(description: Description) -> np.ndarray:
     unknown = InertialRange()
-    rows = [description.imu_ranges.get(name, unknown) for name in description.imus]
+    rows = [description.imu_ranges.get(row.name, unknown) for row in description.imus]
     largest = [[row.gyro or np.inf] * 3 + [row.acceleration or np.inf] * 3 for row in rows]
     return np.array(largest).reshape(-1, 6)
 

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from robot_model.body_graph import RigidBody, Subtree, rigid_bodies
+from robot_model.inertial import InertialSensor
 from robot_model.names import did_you_mean
 from robot_model.urdf import ForceTorqueElement, Urdf
 
@@ -55,6 +56,7 @@ class Robot:
     coulomb: np.ndarray  # (n,) N m
     board_kp: np.ndarray  # (n,) N m/rad
     board_kd: np.ndarray  # (n,) N m s/rad
+    inertial: Mapping[str, InertialSensor] = field(default_factory=dict)  # by name
 
     @property
     def n(self) -> int:
@@ -69,6 +71,11 @@ class Robot:
     def dimensions(self) -> dict[str, int]:
         """Sizes that messages name: n joints, k force/torque sensors, m inertial sensors."""
         return {"n": self.n, "k": len(self.ft_sensors), "m": len(self.imus)}
+
+    @cached_property
+    def inertial_sensors(self) -> tuple[InertialSensor, ...]:
+        """What each of ``imus`` measures."""
+        return tuple(self.inertial.get(name, InertialSensor(name)) for name in self.imus)
 
     @cached_property
     def links(self) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ that is cut at its force/torque sensors has to be built from the file itself.
 """
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -77,6 +77,7 @@ class Urdf:
     links: Mapping[str, Link]
     joints: Mapping[str, Joint]
     ft_elements: Mapping[str, ForceTorqueElement]
+    inertial_mounts: Mapping[str, Joint]  # of inertial sensors that are no links, by sensor
 
     @cached_property
     def root(self) -> str:
@@ -92,6 +93,13 @@ class Urdf:
             edges[joint.parent].append(joint)
             edges[joint.child].append(joint)
         return edges
+
+    def with_sensors(self, names: Iterable[str]) -> "Urdf":
+        """Return a copy in which the inertial sensors named are frames, links or not."""
+        mounts = [self.inertial_mounts[name] for name in names if name in self.inertial_mounts]
+        links = {mount.child: Link(mount.child) for mount in mounts}
+        joints = {mount.name: mount for mount in mounts}
+        return replace(self, links={**self.links, **links}, joints={**self.joints, **joints})
 
     def scaled(self, factors: Mapping[str, float]) -> "Urdf":
         """Return a copy in which mass and inertia of the links named are multiplied."""
@@ -134,7 +142,8 @@ def read_urdf(path: Path) -> Urdf:
     try:
         links = {link.name: link for link in map(_link, root.findall("link"))}
         joints = {joint.name: joint for joint in map(_joint, root.findall("joint"))}
-        urdf = Urdf(path, links, joints, _ft_elements(root))
+        mounts = _inertial_mounts(root, links)
+        urdf = Urdf(path, links, joints, _ft_elements(root), mounts)
     except KeyError as error:
         raise DescriptionError(str(path), [f"malformed URDF: no attribute {error}"]) from None
     except ValueError as error:
@@ -225,6 +234,19 @@ def _joint(element: ElementTree.Element) -> Joint:
         effort=float(limits.get("effort", np.inf)),
         mimic=element.find("mimic") is not None,
     )
+
+
+def _inertial_mounts(root: ElementTree.Element, links: Mapping[str, Link]) -> dict[str, Joint]:
+    """Fixed joints for ``<sensor>`` elements that hang on a link and are none themselves."""
+    mounts = {}
+    for item in root.findall("sensor"):
+        name, parent = item.attrib["name"], item.find("parent")
+        on = "" if parent is None else parent.get("link", "")
+        inertial = item.get("type") in ("accelerometer", "gyroscope", "imu")
+        if inertial and on in links and name not in links:
+            origin = _placement(item.find("origin"))
+            mounts[name] = Joint(f"{name}_mount", "fixed", on, name, origin, np.zeros(3))
+    return mounts
 
 
 def _ft_elements(root: ElementTree.Element) -> dict[str, ForceTorqueElement]:

@@ -1,5 +1,6 @@
 """Sensor noise: a profile says how wrong the sensors are, a seed says which wrong it is."""
 
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from robot_model.inertial import InertialSensor
 from robot_model.names import did_you_mean
 
 PROFILES = files("robot_sim") / "profiles"
@@ -68,13 +70,22 @@ class Noise:
     Args:
         profile: Size of the errors.
         n, k, m: Number of joints, force/torque sensors and inertial sensors.
+        inertial: The inertial sensors (m of them), where they differ.
         seed: The same seed gives the same errors, sample by sample.
 
     Attributes:
         errors: Present error by channel, in its shape and unit; changed by ``draw``.
     """
 
-    def __init__(self, profile: NoiseProfile, n: int, k: int, m: int, seed: int):
+    def __init__(
+        self,
+        profile: NoiseProfile,
+        n: int,
+        k: int,
+        m: int,
+        seed: int,
+        inertial: Sequence[InertialSensor] = (),
+    ):
         self.profile = profile
         self.seed = seed
         ft = (profile.ft_force, profile.ft_moment)
@@ -90,6 +101,9 @@ class Noise:
         self._bound = np.array([c.bias for values in channels.values() for c in values])
         self._error = np.zeros(self._white.size)
         self._drawn = np.zeros((BLOCK, self._white.size))
+        if inertial:
+            factor = np.concatenate([np.ones(6 * k + n), *_inertial_factors(inertial)])
+            self._white, self._bound = self._white * factor, self._bound * factor
         ends = np.cumsum([len(values) for values in channels.values()])
         self.errors = {
             name: piece.reshape(shapes.get(name, (m, 3)))
@@ -127,3 +141,10 @@ class Noise:
         np.rint(counts, out=counts)
         counts *= self._count
         return counts
+
+
+def _inertial_factors(sensors: Sequence[InertialSensor]) -> list[np.ndarray]:
+    """Return factors on the errors of gyros, accelerometers and orientations, (3 m,) each."""
+    measured = [[s.gyro, s.accelerometer, s.complete] for s in sensors]
+    factors = np.array([s.noise for s in sensors])[:, None] * measured
+    return [column.repeat(3) for column in factors.T]

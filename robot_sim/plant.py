@@ -150,7 +150,7 @@ class Plant:
     def profile(self, name: str | Path) -> None:
         """Change the noise profile; biases are drawn anew from the seed."""
         n, k, m = (self.robot.dimensions[d] for d in "nkm")
-        self.noise = Noise(load_profile(name), n, k, m, self.seed)
+        self.noise = Noise(load_profile(name), n, k, m, self.seed, self.robot.inertial_sensors)
         coulomb = self.noise.profile.coulomb
         self._friction = JointFriction(self.robot, coulomb, self.config.coulomb_speed)
         self.profile_name = str(name)

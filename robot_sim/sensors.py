@@ -85,6 +85,10 @@ class ExactSensors:
         self._place_state(robot.tree, cut)
         trees = cut, self._data, robot.tree, body.data
         self._imus = [Imu(name, *trees) for name in robot.imus]
+        self._unmeasured = _unmeasured(robot)
+        complete = [sensor.complete for sensor in robot.inertial_sensors]
+        pairs = zip(self._imus, complete, strict=True)
+        self._attitudes = [imu.attitude if whole else _no_attitude for imu, whole in pairs]
 
     def _place_state(self, tree: TreeModel, cut: TreeModel) -> None:
         """Allocate the cut tree's state, and find where the body's numbers go in it."""
@@ -108,6 +112,8 @@ class ExactSensors:
         motion = np.empty((len(self._imus), 3, 3))
         for i, imu in enumerate(self._imus):
             imu.read(out=motion[i])
+        if self._unmeasured is not None:
+            motion[self._unmeasured] = 0.0
         return Readings(
             q=q,
             dq=dq,
@@ -119,5 +125,16 @@ class ExactSensors:
             gyro=motion[:, 0],
             acceleration=motion[:, 1],
             angular_acceleration=motion[:, 2],
-            attitude=[imu.attitude() for imu in self._imus],
+            attitude=[attitude() for attitude in self._attitudes],
         )
+
+
+def _no_attitude() -> Quaternion:
+    return 1.0, 0.0, 0.0, 0.0
+
+
+def _unmeasured(robot: Robot) -> Array | None:
+    """Return (m, 3): gyro, accelerometer, dgyro that a sensor has not; None where all have all."""
+    has = [(s.gyro, s.accelerometer, s.gyro) for s in robot.inertial_sensors]
+    lacks = ~np.array(has, dtype=bool).reshape(-1, 3)
+    return lacks if lacks.any() else None

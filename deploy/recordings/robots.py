@@ -8,7 +8,7 @@ import yaml
 
 from bus.recording import Recording, RecordingWriter
 from robot_model import Robot, load_robot
-from robot_model.description import UrdfSource, find_urdf, known_robots
+from robot_model.description import UrdfSource, description_text, find_urdf, known_robots
 from robot_model.errors import DescriptionError
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ FOLDER = "robot"  # attachments robot/<name>.yaml and robot/<name>.urdf
 
 def attach_robot(writer: RecordingWriter, robot: Robot) -> None:
     """Put a robot's description and URDF beside the messages of a recording."""
-    description = robot.source.read_bytes()
+    description = description_text(robot.source).encode()
     writer.attach(f"{FOLDER}/{robot.name}.yaml", "application/yaml", description)
     writer.attach(f"{FOLDER}/{robot.name}.urdf", "application/xml", robot.urdf.path.read_bytes())
     writer.note("robot", {"name": robot.name, "model": robot.model_hash})

@@ -26,6 +26,18 @@ class NoiseConfig(BaseModel):
     center_of_mass: float = Field(default=0.002, ge=0.0)  # m
 
 
+class SourceNoiseConfig(BaseModel):
+    """Standard deviations by which several kinematic sources are weighted."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    gyro: float = Field(default=0.005, gt=0.0)  # rad/s
+    acceleration: float = Field(default=0.025, gt=0.0)  # m/s^2
+    angular_acceleration: float = Field(default=0.05, gt=0.0)  # rad/s^2
+    joint_velocity: float = Field(default=3e-4, ge=0.0)  # rad/s
+    joint_acceleration: float = Field(default=0.05, ge=0.0)  # rad/s^2
+
+
 class StillConfig(BaseModel):
     """A robot that exceeds one of these does not rest."""
 
@@ -86,6 +98,9 @@ class TorqueObserverConfig(RobotServiceConfig):
     """Settings of the torque observer; ``config.yaml`` gives reasons."""
 
     noise: NoiseConfig = NoiseConfig()
+    kinematic_source: str = "first"
+    fixed_link_gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)  # m/s^2
+    source_noise: SourceNoiseConfig = SourceNoiseConfig()
     uncertainty_period: float = Field(default=0.1, gt=0.0)  # s
     tare: TareConfig = TareConfig()
     drift: DriftConfig = DriftConfig()

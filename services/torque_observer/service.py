@@ -9,6 +9,8 @@ import numpy as np
 from bus import Node, Received
 from bus.envelope import Envelope
 from estimation.dependencies import ChannelDependencies, Validity
+from estimation.inertial_fusion import InertialNoise
+from estimation.kinematic_source import FIRST, KinematicSource
 from estimation.observer_covariance import ObserverNoise, propagate
 from estimation.torque_observer import Estimate, TorqueObserver
 from robot_model import Robot, load_robot, ports
@@ -45,6 +47,7 @@ class ObserverService:
     def __init__(self, node: Node, robot: Robot, config: TorqueObserverConfig):
         self._node, self._robot, self._config = node, robot, config
         self._observer = TorqueObserver(robot, config.support)
+        self._source = self._make_source(config)
         self._composer = Composer(self._observer)
         self._tares = TareVerbs(node, self._observer, config.tare)
         self._taring = self._tares.collecting
@@ -112,22 +115,37 @@ class ObserverService:
         if not envelope.valid:
             self._write_nothing(envelope.reason)
         else:
+            estimate, imu_valid = self._step(frame)
             validity = self._dependencies.validity(
-                frame.joint_valid, frame.ft_valid, frame.imu_valid, frame.faults
+                frame.joint_valid, frame.ft_valid, imu_valid, frame.faults
             )
-            estimate = self._step(frame)
             self._write(estimate, validity, envelope)
             if self._drift is not None:
                 self._drift.follow(estimate, validity, envelope.stamp)
-            if self._taring.active and validity.complete:
+            if self._taring.active and validity.complete and frame.imu_valid[0]:
                 self._taring.add(frame, envelope.stamp)
             if not 0 <= envelope.stamp - self._uncertain_since < self._uncertainty_age:
-                self._refresh_uncertainty(_motion(frame), envelope.stamp)
+                motion = frame.q, frame.dq, frame.ddq, *self._inertial
+                self._refresh_uncertainty(motion, envelope.stamp)
         self._node.acknowledge(envelope.stamp)
 
-    def _step(self, frame: SensorFrame) -> Estimate:
-        q, dq, ddq, *inertial = _motion(frame)
-        return self._observer.step(q, dq, ddq, frame.ft, *inertial)
+    def _step(self, frame: SensorFrame) -> tuple[Estimate, np.ndarray]:
+        """Return the estimate, and whether there was a kinematic source, (1 or more,)."""
+        valid = frame.imu_valid
+        self._inertial = frame.imu_gyro[0], frame.imu_acc[0], frame.imu_dgyro[0]
+        if self._source is not None:
+            source = self._source.step(frame)
+            self._inertial, valid = source.motion, np.array([source.valid])
+        joints = frame.q, frame.dq, frame.ddq
+        return self._observer.step(*joints, frame.ft, *self._inertial), valid
+
+    def _make_source(self, config: TorqueObserverConfig) -> KinematicSource | None:
+        """None where the first inertial sensor, the observer's root, is the source itself."""
+        name, robot = config.kinematic_source, self._robot
+        if name in (FIRST, robot.imus[0]):
+            return None
+        noise = InertialNoise(**config.source_noise.model_dump())
+        return KinematicSource(robot, name, config.fixed_link_gravity, noise)
 
     def _write(self, estimate: Estimate, validity: Validity, like: Envelope) -> None:
         """Write torques, and what costs more only where somebody listens."""
@@ -183,14 +201,18 @@ class ObserverService:
     def _follow_contacts(self) -> None:
         """Bring up to date what depends on where the contacts are."""
         self._composer.prepare()
-        self._dependencies = ChannelDependencies(self._observer.graph)
+        self._dependencies = ChannelDependencies(self._observer.graph, self._source_name)
         self._uncertainty_age = int(self._config.uncertainty_period * 1e9)
         q, dq, ddq, _, *inertial = _still(self._robot)
         self._refresh_uncertainty((q, dq, ddq, *inertial), -1)
 
     def _refresh_uncertainty(self, motion: tuple[np.ndarray, ...], stamp: int) -> None:
         noise = ObserverNoise(**self._config.noise.model_dump())
-        self._uncertainty = propagate(self._observer, noise, *motion)
+        covariance = None
+        if self._source is not None:
+            self._source.refresh(motion[0])
+            covariance = self._source.covariance
+        self._uncertainty = propagate(self._observer, noise, *motion, source=covariance)
         self._uncertain_since = stamp
 
     def _configure(self, old: TorqueObserverConfig, new: TorqueObserverConfig) -> None:
@@ -199,7 +221,8 @@ class ObserverService:
         fixed = ("robot", "lockstep", "inputs")
         if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
             raise ValueError(f"{changed[0]} cannot be changed while the service runs")
-        self._config = new
+        source = self._make_source(new)
+        self._config, self._source = new, source
         self._tares.configure(new.tare)
         if new.support != old.support:
             self._taring.abandon(f"the support is now '{new.support}'")
@@ -208,6 +231,10 @@ class ObserverService:
             self._drift.configure(new.drift)
         self._follow_contacts()
 
+    @property
+    def _source_name(self) -> str:
+        return self._robot.imus[0] if self._source is None else self._source.name
+
     def status(self) -> dict[str, Any]:
         """Return the state of the service and what it assumes."""
         names = self._robot.ft_sensors
@@ -215,6 +242,7 @@ class ObserverService:
         return {
             **self._node.status(),
             "support": self._observer.support,
+            "kinematic_source": self._source_name,
             "contacts": contacts,
             "contact_error": self._touch_error,
             "offset": dict(zip(names, self._observer.offset.tolist(), strict=True)),
@@ -222,12 +250,6 @@ class ObserverService:
             "drift": self._drift.status() if self._drift else {"followed": []},
             "taring": self._taring.active,
         }
-
-
-def _motion(frame: SensorFrame) -> tuple[np.ndarray, ...]:
-    """Arguments of an observer step but for the readings of force/torque sensors."""
-    inertial = frame.imu_gyro[0], frame.imu_acc[0], frame.imu_dgyro[0]
-    return frame.q, frame.dq, frame.ddq, *inertial
 
 
 def _still(robot: Robot) -> tuple[np.ndarray, ...]:

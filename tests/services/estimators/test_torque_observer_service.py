@@ -150,6 +150,44 @@ def test_a_changed_support_changes_the_kinds_and_a_wrong_one_is_refused(feed):
         feed.node.call(rpc, "param", {"action": "set", "name": "support", "value": "wall"})
 
 
+def set_source(feed, name):
+    value = {"action": "set", "name": "kinematic_source", "value": name}
+    return feed.node.call(ports.rpc("torque_observer"), "param", value)
+
+
+def test_a_kinematic_source_chosen_at_run_time_tells_the_same_torques(node, start):
+    start("services.torque_observer", "--set", "robot=icub_inertial", "--set", "support=pole")
+    robot = load_robot("icub_inertial")
+    feed = Feed(node, Plant(robot, base="fixed"), "torque_observer")
+    torques, truths = feed.listen("torques"), {}
+    feed.node.ready()
+
+    def agrees(after):
+        truths[feed.plant.time] = feed.plant.truth().link_torque
+        if (said := says(torques, True)) is not None and said.envelope.stamp > after:
+            return np.abs(said.data.torque - truths[said.envelope.stamp]).max() < 1e-5
+        return False
+
+    def lost(name):
+        said = says(torques, False)
+        return said is not None and said.envelope.reason == f"no data from {name}"
+
+    flags = np.ones(len(robot.imus), dtype=bool)
+    flags[0] = False
+    feed.changes = {"imu_valid": flags}
+    for source in ("fusion", "fixed:root_link"):
+        set_source(feed, source)
+        assert feed.node.call(ports.rpc("torque_observer"), "status")["kinematic_source"] == source
+        assert feed.until(lambda after=feed.plant.time: agrees(after))
+    set_source(feed, "first")
+    assert feed.until(lambda: lost("head_imu_0"))
+    set_source(feed, "fusion")
+    feed.changes = {"imu_valid": np.zeros_like(flags)}
+    assert feed.until(lambda: lost("fusion"))
+    with pytest.raises(RpcError, match="no inertial sensor 'hand'"):
+        set_source(feed, "hand")
+
+
 def test_tare_refuses_a_moving_robot_and_answers_a_resting_one(feed, hub):
     (torques,) = ready(feed, "torques")
     feed.until(lambda: says(torques, True))
