@@ -6,7 +6,7 @@ from experiments.report import Report
 from robot_model import Robot
 from robot_model.names import did_you_mean
 
-EXPERIMENTS = ("coverage", "external_wrench", "ft_prediction", "touch")
+EXPERIMENTS = ("coverage", "external_wrench", "ft_prediction", "kinematic_sources", "touch")
 
 
 def require(name: str) -> str:

@@ -2,16 +2,10 @@
 
 iCub hangs on its pole and moves; its observer knows where nothing touches. F/T offsets are
 taken off exactly, so that what is left is the noise of F/T sensors, joints and source.
-
-``python -m experiments.kinematic_sources --seed 1 --runs 4``
 """
 
-import argparse
-import json
-import sys
 from collections import deque
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,16 +13,19 @@ import numpy as np
 from estimation.kinematic_source import FUSION, KinematicSource
 from estimation.sensor_pipeline import SensorPipeline
 from estimation.torque_observer import Estimate, TorqueObserver
-from robot_model import Robot, load_robot
+from experiments.report import Report, markdown_table
+from robot_model import Robot
 from robot_model.messages import GroundTruth
 from robot_sim import Plant
 from robot_sim.motions import Motion, Sinusoid
 
 Array = np.ndarray
 EVERY = 5  # ticks of 1 ms between compared samples
-SETTLE = 1.0  # s
+NAME, PROFILE = "kinematic_sources", "realistic"
+SETTLE, COMPARED = 1.0, 3.0  # s at the beginning that are not compared, and then are
 REFRESH = 0.1  # s between weights, as in the service
 QUANTITIES = ("ft_force", "ft_moment", "wrench_force", "wrench_moment", "torque")
+COLUMNS = ("F/T [N]", "F/T [N m]", "wrench [N]", "wrench [N m]", "torque [N m]")
 MOTIONS = {
     "arms, torso and legs": ("torso", "left_arm", "right_arm", "left_leg", "right_leg"),
     "all, the head fastest": ("torso", "left_arm", "right_arm", "left_leg", "right_leg", "head"),
@@ -94,25 +91,42 @@ class SourceRun:
                 self.errors[name].append(errors(seen, truth))
 
 
-def compare(
-    robot: Robot, seed: int, runs: int, seconds: float, profile: str = "realistic"
-) -> list[dict[str, Any]]:
-    """Return rows: motion, source, quantity, rms and largest error over all runs.
+def run(robot: Robot, seed: int = 11, runs: int = 5, seconds: float = COMPARED) -> Report:
+    """Compare the first inertial sensor with all of them fused, and with a fixed base.
 
     Args:
-        robot: A robot with several inertial sensors.
+        robot: A robot with several inertial sensors, as ``icub_inertial``.
         seed: Of motions and of the sensors' errors; biases are drawn anew in each run.
         runs: Runs per motion.
         seconds: Compared time of a run.
-        profile: Noise profile of the plant.
+
+    Raises:
+        ValueError: The robot has one inertial sensor only, or there is no run.
     """
+    if len(robot.imus) < 2 or runs < 1:
+        raise ValueError(
+            f"expected several inertial sensors and at least 1 run, got {len(robot.imus)} of"
+            f" {robot.name} and {runs}; try --robot icub_inertial"
+        )
+    rows = _compare(robot, seed, runs, seconds)
+    table = _table(rows)
+    return Report(
+        name=NAME,
+        figures={"robot": robot.name, "seed": seed, "runs": runs, "rows": rows},
+        lines=["root mean square / largest error", *table.splitlines()],
+        files={f"{NAME}.md": f"# Kinematic sources: rms / largest error\n\n{table}"},
+    )
+
+
+def _compare(robot: Robot, seed: int, runs: int, seconds: float) -> list[dict[str, Any]]:
+    """Return rows: motion, source, quantity, rms and largest error over all runs."""
     rows = []
     for label, parts in MOTIONS.items():
         pooled: dict[str, list[dict[str, Array]]] = {}
         for index in range(seed, seed + runs):
-            run = SourceRun(robot, moving(robot, parts, index), profile, index)
-            run.run(seconds)
-            for name, found in run.errors.items():
+            source_run = SourceRun(robot, moving(robot, parts, index), PROFILE, index)
+            source_run.run(seconds)
+            for name, found in source_run.errors.items():
                 pooled.setdefault(name, []).extend(found)
         rows += [_row(label, name, key, found) for name, found in pooled.items()
                  for key in QUANTITIES]  # fmt: skip
@@ -125,35 +139,11 @@ def _row(motion: str, source: str, key: str, found: list[dict[str, Array]]) -> d
     return {"motion": motion, "source": source, "quantity": key, "rms": rms, "max": largest}
 
 
-def table(rows: Sequence[dict[str, Any]]) -> list[str]:
+def _table(rows: Sequence[dict[str, Any]]) -> str:
     """Return the rows as a Markdown table, rms / largest error."""
-    lines = ["| motion | source | F/T N | F/T N m | wrench N | wrench N m | torque N m |"]
-    lines += ["|---" * 7 + "|"]
+    cells = []
     for start in range(0, len(rows), len(QUANTITIES)):
         group = rows[start : start + len(QUANTITIES)]
-        cells = [f"{row['rms']:.3f} / {row['max']:.2f}" for row in group]
-        lines.append(f"| {group[0]['motion']} | {group[0]['source']} | " + " | ".join(cells) + " |")
-    return lines
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(prog="python -m experiments.kinematic_sources")
-    parser.add_argument("--robot", default="icub_inertial", help="name or path of a description")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--runs", type=int, default=4, help="runs per motion")
-    parser.add_argument("--seconds", type=float, default=3.0, help="compared time of a run")
-    parser.add_argument("--profile", default="realistic", help="noise profile of the plant")
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
-    parser.add_argument("-o", "--output", type=Path, help="folder for kinematic_sources.json")
-    options = parser.parse_args(sys.argv[1:] if arguments is None else arguments)
-    robot = load_robot(options.robot)
-    rows = compare(robot, options.seed, options.runs, options.seconds, options.profile)
-    document = json.dumps({"seed": options.seed, "runs": options.runs, "rows": rows}, indent=1)
-    if options.output is not None:
-        options.output.mkdir(parents=True, exist_ok=True)
-        (options.output / "kinematic_sources.json").write_text(document + "\n")
-    print(document if options.json else "\n".join(table(rows)))
-
-
-if __name__ == "__main__":
-    main()
+        errors = [f"{row['rms']:.3f} / {row['max']:.2f}" for row in group]
+        cells.append([group[0]["motion"], group[0]["source"], *errors])
+    return markdown_table(["motion", "source", *COLUMNS], cells)

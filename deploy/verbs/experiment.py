@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 def experiment(
     name: Annotated[
         str,
-        typer.Argument(metavar="NAME", help="coverage, external_wrench, ft_prediction or touch."),
+        typer.Argument(
+            metavar="NAME",
+            help="coverage, external_wrench, ft_prediction, kinematic_sources or touch.",
+        ),
     ],
     robot: Annotated[str, typer.Option(help="Robot name, or its description file.")] = "icub",
     seed: Annotated[int, typer.Option(min=0, help="Equal seeds give equal results.")] = 1,
@@ -32,6 +35,7 @@ def experiment(
 
     ft_prediction: model against measured F/T readings while the limbs move.
     external_wrench: known wrenches at a hand, and the torques that they make.
+    kinematic_sources: one inertial sensor, all fused, a fixed link (--robot icub_inertial).
     coverage: how often the stated intervals hold the truth.
     touch: pushes at random places, found by the contact detector.
     """
