@@ -1,6 +1,6 @@
 """Where unknown external wrenches act: at least one contact per sub-tree, unless told otherwise."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -107,6 +107,16 @@ def shared_subtrees(robot: Robot, contacts: Sequence[Contact]) -> dict[int, tupl
     """Return the contacts of each sub-tree that has not just one full wrench."""
     on = {i: tuple(c for c in contacts if c.subtree == i) for i in range(len(robot.subtrees))}
     return {i: some for i, some in on.items() if len(some) != 1 or not some[0].full}
+
+
+def numbered(names: Iterable[str]) -> list[str]:
+    """Return names that differ: the second of a name gets ``_2``."""
+    seen: Counter[str] = Counter()
+    result = []
+    for name in names:
+        seen[name] += 1
+        result.append(f"{name}_{seen[name]}" if seen[name] > 1 else name)
+    return result
 
 
 def support_by_subtree(robot: Robot, support: str) -> dict[int, tuple[str, ...]]:

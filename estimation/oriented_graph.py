@@ -38,12 +38,12 @@ class OrientedGraph:
         model = self.model
         model.gravity = pin.Motion.Zero()  # the accelerometer carries it
         self.bare_model = pin.Model(model)  # without the leaves, which cost time in dynamics
-        self._joint_ids = _joint_ids(model, self.tree.joint_v)
+        self.joint_ids = _joint_ids(model, self.tree.joint_v)
         self._cut_ids = _joint_ids(model, self.tree.cut_v[:, 0])
         links = [self.tree.frame_ids[subtree.default_link] for subtree in robot.subtrees]
         self.entry = [self._enter(model.frames[i].parentJoint) for i in links]
         self.incidence = self._incidence()
-        self.joint_subtree = np.array([self.entry.index(self._enter(j)) for j in self._joint_ids])
+        self.joint_subtree = np.array([self.entry.index(self._enter(j)) for j in self.joint_ids])
         self._leaves = [self._add_leaf(f"contact_{s.name}") for s in robot.subtrees]
         self.neutral = pin.neutral(model)
         # Shared by all who compute on the graph, one after the other: Pinocchio's data
@@ -98,7 +98,7 @@ class OrientedGraph:
     def below(self, joints: Sequence[int]) -> np.ndarray:
         """Return (n, len(joints)): whether a model joint is a joint of the robot or below it."""
         chains = [self._chain(joint) for joint in joints]
-        return np.array([[j in chain for chain in chains] for j in self._joint_ids])
+        return np.array([[j in chain for chain in chains] for j in self.joint_ids])
 
     def _enter(self, joint: int) -> int:
         """Column of the wrench through which the sub-tree of a joint hangs on the root's side."""
@@ -135,7 +135,7 @@ class OrientedGraph:
             path = self.below([body])[:, 0]
             counts = path != self._share_below[:, subtree]
             needs |= counts[:, None] & path[None, :]
-        joint_paths = self.below(self._joint_ids)
+        joint_paths = self.below(self.joint_ids)
         sensor_paths = self.below(self._cut_ids)
         return needs | joint_paths.T | (self.torque_sensors() @ sensor_paths.T)
 

@@ -1,8 +1,7 @@
 """What an estimate is written as: arrays over time in one npz (docs/estimate.md)."""
 
 import zipfile
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from numpy.lib import format as npy
 from deploy.errors import CommandError
 from deploy.estimate.run import Estimation
 from deploy.recordings.columns import save_into
+from estimation.contact_set import numbered
 from estimation.log_contacts import RESIDUALS, ContactLog
 
 Array = np.ndarray
@@ -43,16 +43,6 @@ def _wrenches(estimation: Estimation) -> dict[str, Array]:
         valid = found.wrench_valid[:, index]
         arrays[f"valid_wrench_{name}"] = np.repeat(valid[:, None], 6, axis=1)
     return arrays
-
-
-def numbered(names: Iterable[str]) -> list[str]:
-    """Return names that differ: the second of a name gets ``_2``."""
-    seen: Counter[str] = Counter()
-    result = []
-    for name in names:
-        seen[name] += 1
-        result.append(f"{name}_{seen[name]}" if seen[name] > 1 else name)
-    return result
 
 
 def _residuals(contacts: ContactLog) -> dict[str, Array]:

@@ -13,6 +13,7 @@ from estimation.inertial_fusion import InertialNoise
 from estimation.kinematic_source import FIRST, KinematicSource
 from estimation.observer_covariance import ObserverNoise, propagate
 from estimation.torque_observer import Estimate, TorqueObserver
+from estimation.wrench_query import WrenchQuery
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import (
     ContactPoints,
@@ -52,6 +53,7 @@ class ObserverService:
         self._tares = TareVerbs(node, self._observer, config.tare)
         self._taring = self._tares.collecting
         self._last: Envelope | None = None
+        self._sample: tuple[np.ndarray, ...] | None = None
         self._complained = 0.0  # s
         self._touch_error = ""
         self._open_ports()
@@ -59,6 +61,7 @@ class ObserverService:
         self._follow_contacts()
         self._nothing = self._observer.step(*_still(robot))
         node.verb("status", self.status, help="state, contacts, offsets")
+        node.verb("wrench", self.wrench, help="any wrench, in any frame, axes and point")
         node.parameters.on_change(self._configure)
 
     def _open_ports(self) -> None:
@@ -120,6 +123,7 @@ class ObserverService:
                 frame.joint_valid, frame.ft_valid, imu_valid, frame.faults
             )
             self._write(estimate, validity, envelope)
+            self._validity = validity
             if self._drift is not None:
                 self._drift.follow(estimate, validity, envelope.stamp)
             if self._taring.active and validity.complete and frame.imu_valid[0]:
@@ -136,8 +140,8 @@ class ObserverService:
         if self._source is not None:
             source = self._source.step(frame)
             self._inertial, valid = source.motion, np.array([source.valid])
-        joints = frame.q, frame.dq, frame.ddq
-        return self._observer.step(*joints, frame.ft, *self._inertial), valid
+        self._sample = frame.q, frame.dq, frame.ddq, frame.ft, *self._inertial
+        return self._observer.step(*self._sample), valid
 
     def _make_source(self, config: TorqueObserverConfig) -> KinematicSource | None:
         """None where the first inertial sensor, the observer's root, is the source itself."""
@@ -234,6 +238,25 @@ class ObserverService:
     @property
     def _source_name(self) -> str:
         return self._robot.imus[0] if self._source is None else self._source.name
+
+    def wrench(
+        self, of: str, frame: str = "", axes: str = "", point: list[float] | None = None
+    ) -> dict[str, Any]:
+        """Return a wrench of the last sample; see `WrenchQuery`."""
+        if self._sample is None or self._last is None:
+            raise ValueError("no valid sensor frame yet")
+        told, where = WrenchQuery(self._observer, *self._sample).wrench(of, frame, axes, point)
+        return {
+            "of": of,
+            "frame": where,
+            "axes": axes or where,
+            "point": point or [0.0, 0.0, 0.0],
+            "force": told[:3].tolist(),
+            "moment": told[3:].tolist(),
+            "stamp": self._last.stamp,
+            "valid": self._validity.complete and self._last.valid,
+            "reason": self._last.reason or self._validity.reason,
+        }
 
     def status(self) -> dict[str, Any]:
         """Return the state of the service and what it assumes."""

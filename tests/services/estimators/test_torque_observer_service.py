@@ -127,6 +127,22 @@ def test_contacts_on_one_subtree_share_its_wrench_and_what_is_undecided_is_told(
     np.testing.assert_allclose(said.unexplained[right], said.subtree_wrench[right])
 
 
+def test_any_wrench_is_told_in_any_frame(feed):
+    (wrenches,) = ready(feed, "wrenches")
+    feed.until(lambda: says(wrenches, True))
+
+    def ask(**arguments):
+        return feed.node.call(ports.rpc("torque_observer"), "wrench", arguments)
+
+    own = ask(of="link:l_hand")
+    assert own["frame"] == own["axes"] == "l_hand" and own["valid"] and own["reason"] == ""
+    moved = ask(of="link:l_hand", frame="l_hand", axes="root_link", point=[0.0, 0.0, 0.1])
+    assert np.linalg.norm(moved["force"]) == pytest.approx(np.linalg.norm(own["force"]), rel=0.05)
+    assert moved["axes"] == "root_link" and moved["stamp"] >= own["stamp"]
+    with pytest.raises(RpcError, match="did you mean 'l_hand'"):
+        ask(of="link:l_hnad")
+
+
 def test_contact_points_of_different_lengths_change_nothing_and_are_told(feed):
     (wrenches,) = ready(feed, "wrenches")
     writer = feed.writer(ports.name("contact_points", ROBOT), ContactPoints)
