@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.rows import Row, row
 from deploy.estimate.given import Given
 from deploy.estimate.run import Estimation
-from estimation.sensor_log import SensorLog
+from estimation.offline.sensor_log import SensorLog
 from robot_model import Robot, load_robot
 from robot_sim import Plant
 

@@ -17,8 +17,8 @@ from deploy.recordings.npz_arrays import (
     load_arrays,
     require,
 )
-from estimation.fixed_link import fixed_readings, rooted_at, without_drives
-from estimation.sensor_log import SensorLog
+from estimation.offline.fixed_link import fixed_readings, rooted_at, without_drives
+from estimation.offline.sensor_log import SensorLog
 from robot_model import Robot
 from robot_model.names import did_you_mean
 

@@ -12,7 +12,7 @@ from deploy.errors import CommandError
 from deploy.estimate.run import Estimation
 from deploy.recordings.columns import save_into
 from estimation.contact_set import numbered
-from estimation.log_contacts import RESIDUALS, ContactLog
+from estimation.offline.log_contacts import RESIDUALS, ContactLog
 
 Array = np.ndarray
 

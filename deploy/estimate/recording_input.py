@@ -11,7 +11,7 @@ from bus.recording import Recording
 from deploy.errors import CommandError
 from deploy.estimate.given import Given
 from deploy.recordings.npz_arrays import check_rising
-from estimation.sensor_log import SensorLog
+from estimation.offline.sensor_log import SensorLog
 from robot_model import Robot, ports
 from robot_model.messages import RawFrame, SensorFrame
 from robot_model.names import did_you_mean

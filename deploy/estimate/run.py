@@ -11,17 +11,17 @@ from deploy.estimate.settings import Settings, default_settings
 from estimation.base_estimator import BaseEstimator
 from estimation.contact_detector import ContactDetector
 from estimation.contact_set import Touch
-from estimation.log_attitude import EstimatedUpward, GivenUpward
-from estimation.log_contacts import ContactLog, Upward
-from estimation.log_filter import LogFilter
-from estimation.log_observer import ObserverLog
-from estimation.log_saturation import without_saturated
-from estimation.log_tare import tare_observer
 from estimation.observer_covariance import ObserverNoise
+from estimation.offline.log_attitude import EstimatedUpward, GivenUpward
+from estimation.offline.log_contacts import ContactLog, Upward
+from estimation.offline.log_filter import LogFilter
+from estimation.offline.log_observer import ObserverLog
+from estimation.offline.log_saturation import without_saturated
+from estimation.offline.log_tare import tare_observer
+from estimation.offline.sensor_log import SensorLog
 from estimation.residual_bank import ResidualBank
 from estimation.residual_model import is_measured
 from estimation.resting import TareError
-from estimation.sensor_log import SensorLog
 from estimation.torque_observer import TorqueObserver
 from robot_model.errors import DescriptionError
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from deploy.errors import UsageError
 from deploy.recordings.foreign.plausibility import DEGREES, GYRO, implausible_positions
-from estimation.sensor_log import SensorLog
+from estimation.offline.sensor_log import SensorLog
 from robot_model import Robot
 
 Array = np.ndarray

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from deploy.graph_picture.view import View
-from estimation.enhanced_graph import EnhancedGraph
-from estimation.graph_parts import Edge, Leaf
+from estimation.graph.enhanced_graph import EnhancedGraph
+from estimation.graph.graph_parts import Edge, Leaf
 
 SYMBOL_DISTANCE = 0.6  # columns between a link and its triangles and rhombi
 

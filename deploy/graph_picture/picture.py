@@ -15,7 +15,7 @@ from deploy.graph_picture.shapes import (
     towards,
 )
 from deploy.graph_picture.view import View
-from estimation.enhanced_graph import EnhancedGraph
+from estimation.graph.enhanced_graph import EnhancedGraph
 
 COLUMN, ROW, MARGIN = 118.0, 52.0, 50.0  # px
 LETTER = 5.5  # px, mean width of a letter in a label

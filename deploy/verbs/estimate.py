@@ -63,7 +63,7 @@ def _prepare(
 ) -> tuple["Estimation", list]:
     """Read everything; what the user got wrong is a UsageError."""
     from deploy.contacts import read_touch, support_of
-    from deploy.estimate.given import read_input
+    from deploy.estimate.reading import read_input
     from deploy.estimate.run import Estimation
     from robot_model import DescriptionError, load_robot
 

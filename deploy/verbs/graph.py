@@ -46,7 +46,7 @@ def _picture(name: str, contacts: list[str], support: str | None, view: View) ->
     from deploy.contacts import read_touch, support_of
     from deploy.graph_picture.picture import graph_svg
     from estimation.contact_set import contact_set
-    from estimation.enhanced_graph import enhanced_graph
+    from estimation.graph.enhanced_graph import enhanced_graph
     from robot_model import DescriptionError, load_robot
 
     touches = [read_touch(text) for text in contacts]

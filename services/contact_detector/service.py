@@ -11,7 +11,7 @@ from bus.rhythm import Rhythm
 from estimation.contact_detector import ContactDetector
 from estimation.limb_monitor import LimbFlag
 from estimation.localisation import NOWHERE, Localisation
-from estimation.log_attitude import upward
+from estimation.offline.log_attitude import upward
 from estimation.residual_bank import ResidualBank
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, Contacts, Residuals, SensorFrame

@@ -7,7 +7,7 @@ import pytest
 
 from deploy.contacts import read_touch
 from deploy.errors import UsageError
-from deploy.estimate.given import read_input
+from deploy.estimate.reading import read_input
 from deploy.main import run
 from robot_model import Robot, load_robot
 

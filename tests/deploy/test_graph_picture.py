@@ -10,7 +10,7 @@ from deploy.graph_picture.picture import graph_svg
 from deploy.graph_picture.view import View
 from deploy.main import run
 from estimation.contact_set import contact_set
-from estimation.enhanced_graph import EnhancedGraph, enhanced_graph
+from estimation.graph.enhanced_graph import EnhancedGraph, enhanced_graph
 from robot_model import Robot, load_robot
 
 ROOT = Path(__file__).parents[2]

@@ -8,10 +8,10 @@ import pytest
 
 from estimation.contact_set import Touch
 from estimation.contact_wrenches import contact_wrenches, force_along, pure_force
-from estimation.enhanced_graph import EnhancedGraph, enhanced_graph
-from estimation.graph_dynamics import GraphWrenches, predict_readings, solve_wrenches
-from estimation.graph_kinematics import FrameMotion, solve_kinematics
-from estimation.graph_parts import Leaf
+from estimation.graph.enhanced_graph import EnhancedGraph, enhanced_graph
+from estimation.graph.graph_dynamics import GraphWrenches, predict_readings, solve_wrenches
+from estimation.graph.graph_kinematics import FrameMotion, solve_kinematics
+from estimation.graph.graph_parts import Leaf
 from estimation.torque_observer import TorqueObserver
 from robot_model import Robot, load_robot
 from tests.estimation.observer_states import ObserverInput, random_input

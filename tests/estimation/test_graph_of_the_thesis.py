@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from estimation.contact_set import contact_set
-from estimation.enhanced_graph import EnhancedGraph, enhanced_graph
-from estimation.graph_dynamics import solve_wrenches
-from estimation.graph_kinematics import FrameMotion, solve_kinematics
+from estimation.graph.enhanced_graph import EnhancedGraph, enhanced_graph
+from estimation.graph.graph_dynamics import solve_wrenches
+from estimation.graph.graph_kinematics import FrameMotion, solve_kinematics
 from estimation.torque_observer import TorqueObserver
 from robot_model import Robot
 from tests.estimation.observer_states import random_input

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from estimation.enhanced_graph import enhanced_graph
-from estimation.graph_dynamics import predict_readings, solve_wrenches
-from estimation.graph_kinematics import FrameMotion, at_rest, solve_kinematics
+from estimation.graph.enhanced_graph import enhanced_graph
+from estimation.graph.graph_dynamics import predict_readings, solve_wrenches
+from estimation.graph.graph_kinematics import FrameMotion, at_rest, solve_kinematics
 from estimation.torque_observer import TorqueObserver
 from robot_model import load_robot
 from tests.estimation.observer_states import ObserverInput, random_input

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimation.log_filter import LogFilter
-from estimation.sensor_log import SensorLog
+from estimation.offline.log_filter import LogFilter
+from estimation.offline.sensor_log import SensorLog
 from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot, load_robot
 from robot_model.messages import RawFrame

@@ -5,9 +5,9 @@ import pinocchio as pin
 import pytest
 
 from estimation.contact_set import Touch
-from estimation.enhanced_graph import enhanced_graph
-from estimation.graph_dynamics import GraphWrenches, remaining_wrench, solve_wrenches
-from estimation.graph_kinematics import FrameMotion, solve_kinematics
+from estimation.graph.enhanced_graph import enhanced_graph
+from estimation.graph.graph_dynamics import GraphWrenches, remaining_wrench, solve_wrenches
+from estimation.graph.graph_kinematics import FrameMotion, solve_kinematics
 from estimation.torque_observer import TorqueObserver
 from estimation.wrench_query import WrenchQuery
 from robot_model import Robot, load_robot

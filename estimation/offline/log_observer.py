@@ -4,7 +4,7 @@ import numpy as np
 
 from estimation.dependencies import ChannelDependencies
 from estimation.observer_covariance import ObserverNoise, propagate
-from estimation.sensor_log import SensorBlock
+from estimation.offline.sensor_log import SensorBlock
 from estimation.torque_observer import TorqueObserver
 
 Array = np.ndarray

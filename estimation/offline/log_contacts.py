@@ -6,9 +6,9 @@ import numpy as np
 
 from estimation.contact_detector import ContactDetector
 from estimation.localisation import NOWHERE, Localisation
+from estimation.offline.sensor_log import SensorBlock
 from estimation.quiet_period import QuietPeriod
 from estimation.residual_bank import ResidualBank
-from estimation.sensor_log import SensorBlock
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray

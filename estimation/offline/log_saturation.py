@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from estimation.sensor_log import SensorLog
+from estimation.offline.sensor_log import SensorLog
 from robot_model import Robot
 
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from estimation.enhanced_graph import EnhancedGraph
-from estimation.graph_parts import Edge, Leaf
+from estimation.graph.enhanced_graph import EnhancedGraph
+from estimation.graph.graph_parts import Edge, Leaf
 
 Array = np.ndarray
 cross = np.cross

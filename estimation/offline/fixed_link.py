@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from estimation.graph_kinematics import at_rest
+from estimation.graph.graph_kinematics import at_rest
 from robot_model import Robot
 
 Array = np.ndarray

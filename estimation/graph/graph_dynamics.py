@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from estimation.enhanced_graph import EnhancedGraph, Step
-from estimation.graph_kinematics import Array, FrameMotion, cross
-from estimation.graph_parts import Edge, Leaf
+from estimation.graph.enhanced_graph import EnhancedGraph, Step
+from estimation.graph.graph_kinematics import Array, FrameMotion, cross
+from estimation.graph.graph_parts import Edge, Leaf
 
 Wrenches = dict[str, Array]  # (6,) [f m], N and N m, by edge or leaf
 

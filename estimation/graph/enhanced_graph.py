@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from estimation.contact_set import Contact
-from estimation.graph_parts import Edge, Leaf
+from estimation.graph.graph_parts import Edge, Leaf
 from robot_model import Robot
 from robot_model.names import did_you_mean
 from robot_model.urdf import Joint

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
+from estimation.offline.sensor_log import SensorBlock
 from estimation.resting import RestingAverage, StillnessLimits
-from estimation.sensor_log import SensorBlock
 from estimation.tare import OffsetLimits, Tare, TareResult
 from estimation.torque_observer import TorqueObserver
 

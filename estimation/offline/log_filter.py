@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from estimation.differentiation import LEAST, Kernel, differentiate
-from estimation.sensor_log import FLAGS, SensorBlock, SensorLog
+from estimation.offline.sensor_log import FLAGS, SensorBlock, SensorLog
 
 Array = np.ndarray
 
