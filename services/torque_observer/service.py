@@ -208,7 +208,7 @@ class ObserverService:
         self._dependencies = ChannelDependencies(self._observer.graph, self._source_name)
         self._uncertainty_age = int(self._config.uncertainty_period * 1e9)
         q, dq, ddq, _, *inertial = _still(self._robot)
-        self._refresh_uncertainty((q, dq, ddq, *inertial), -1)
+        self._refresh_uncertainty((q, dq, ddq, *inertial), -self._uncertainty_age)
 
     def _refresh_uncertainty(self, motion: tuple[np.ndarray, ...], stamp: int) -> None:
         noise = ObserverNoise(**self._config.noise.model_dump())
