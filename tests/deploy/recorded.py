@@ -82,7 +82,7 @@ def sensors(robot: Robot, tick: int) -> SensorFrame:
         dq=np.zeros(n),
         ddq=np.zeros(n),
         motor_torque=np.zeros(n),
-        ft=np.minimum(np.arange(6.0 * k), 30.0).reshape(k, 6),  # within the ranges
+        ft=np.minimum(np.arange(6.0 * k), 24.0).reshape(k, 6),  # within the ranges
         imu_gyro=np.zeros((m, 3)),
         imu_acc=np.full((m, 3), 9.81),
         imu_dgyro=np.zeros((m, 3)),
