@@ -15,7 +15,7 @@ def message(info: Info, dimensions: Mapping[str, int], model: str, **changes: An
     """Return a message for a port; ``value`` fills arrays, ``extra`` lengthens the first axis."""
     sizes: dict[Any, int] = {
         **dimensions,
-        **{letter: 2 for letter in "cps" if letter not in dimensions},
+        **{letter: 2 for letter in "cdps" if letter not in dimensions},
     }
     value, extra = changes.get("value", 0.0), changes.get("extra", 0)
     scalars: dict[str, Any] = {}
