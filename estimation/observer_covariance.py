@@ -94,10 +94,10 @@ class _Maps:
         entering_v = np.vstack([np.arange(6), graph.tree.cut_v])
         force_maps = np.linalg.inv(jacobian[:, entering_v].transpose(1, 2, 0))
         entering = _entering(observer, forces, noise)
-        external = np.einsum("st,tij,tjc->sic", graph.incidence, force_maps, entering)
+        external = _combined(graph.incidence, force_maps @ entering)
         s, start = len(entering), graph.leaf_v
         leaves = jacobian[:, start : start + 6 * s].T.reshape(s, 6, 6)
-        below = np.einsum("ns,sic->nic", graph.contact_below, external)
+        below = _combined(graph.contact_below, external)
         self.wrench = np.zeros((len(observer.contacts), *external.shape[1:]))  # (c, 6, p + 6 k)
         self.wrench[observer.lone_rows] = (leaves @ external)[observer.lone_subtrees]
         for subtree in observer.shared:
@@ -105,8 +105,13 @@ class _Maps:
             self.wrench[subtree.rows] = shares.solution.gain @ net
             below += shares.moved(self.wrench[subtree.rows], net)
         axes = jacobian[:, graph.tree.joint_v].T
-        self.torque = -np.einsum("ni,nic->nc", axes, below)
+        self.torque = -(axes[:, None, :] @ below)[:, 0]
         self.torque[:, : forces.shape[1]] += forces[graph.tree.joint_v]
+
+
+def _combined(weights: Array, blocks: Array) -> Array:
+    """Return the sums (r, 6, c) of blocks (s, 6, c) with weights (r, s)."""
+    return (weights @ blocks.reshape(len(blocks), -1)).reshape(len(weights), *blocks.shape[1:])
 
 
 def _generalised_forces(
@@ -140,9 +145,9 @@ def _by_bodies(observer: TorqueObserver, regressor: Array, noise: ObserverNoise)
     """The same of each body's mass, (nv, b), and of its centre of mass, (nv, 3 b)."""
     bodies = np.array([body for body, _ in observer.graph.bodies])
     parameters, by_center = observer.graph.body_parameters
-    effects = regressor.reshape(len(regressor), -1, 10)[:, bodies - 1]
-    mass = np.einsum("vbp,bp->vb", effects, parameters) * noise.mass
-    center = np.einsum("vbp,bip->vbi", effects, by_center) * noise.center_of_mass
+    by_body = regressor.reshape(len(regressor), -1, 10)[:, bodies - 1].transpose(1, 0, 2)
+    mass = (by_body @ parameters[:, :, None])[:, :, 0].T * noise.mass
+    center = (by_body @ by_center.transpose(0, 2, 1)).transpose(1, 0, 2) * noise.center_of_mass
     return [mass, center.reshape(len(regressor), -1)]
 
 
