@@ -17,7 +17,7 @@ demo: compile  ## start the robot and its services, open the page (ARGS='--secon
 	@$(BIN)/wrenchbus demo $(ARGS)
 
 test: compile chromium  ## run every test (ARGS='tests/bus -x')
-	$(BIN)/python -m pytest $(ARGS)
+	@scripts/test.sh $(BIN)/python $(ARGS)
 
 check: compile  ## lint, format, types, import rules
 	$(BIN)/ruff check $(SOURCES)

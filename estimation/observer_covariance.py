@@ -9,6 +9,7 @@ import pinocchio as pin
 from estimation.torque_observer import TorqueObserver
 
 Array = np.ndarray
+State = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def propagate(
             and the noise's, when None.
     """
     state = observer.motion(q, dq, ddq, gyro, acc, dgyro)
-    maps = _Maps(observer, *state, noise, source)
+    maps = _Maps(observer, state, noise, source)
     return Uncertainty(
         np.sqrt((maps.torque**2).sum(axis=1)), maps.wrench @ maps.wrench.transpose(0, 2, 1)
     )
@@ -73,21 +74,15 @@ class _Maps:
     """Results of one standard deviation of each error: p of motion and bodies, 6 k readings.
 
     Args:
-        q, v, a: Of the model without leaves.
+        state: Configuration, velocity and acceleration of the model without leaves.
         source: As in ``propagate``.
     """
 
     def __init__(
-        self,
-        observer: TorqueObserver,
-        q: Array,
-        v: Array,
-        a: Array,
-        noise: ObserverNoise,
-        source: Array | None,
+        self, observer: TorqueObserver, state: State, noise: ObserverNoise, source: Array | None
     ):
-        graph = observer.graph
-        forces = _generalised_forces(observer, q, v, a, noise, source)
+        graph, q = observer.graph, state[0]
+        forces = _generalised_forces(observer, state, noise, source)
         full = graph.neutral.copy()
         full[: len(q)] = q
         jacobian = pin.computeJointJacobians(graph.model, graph.data, full).copy()
@@ -115,17 +110,12 @@ def _combined(weights: Array, blocks: Array) -> Array:
 
 
 def _generalised_forces(
-    observer: TorqueObserver,
-    q: Array,
-    v: Array,
-    a: Array,
-    noise: ObserverNoise,
-    source: Array | None,
+    observer: TorqueObserver, state: State, noise: ObserverNoise, source: Array | None
 ) -> Array:
     """Change of the inverse dynamics by one standard deviation of each error, (nv, p)."""
     graph, joint_v = observer.graph, observer.graph.tree.joint_v
     model, data = graph.bare_model, graph.bare_data
-    _, by_velocity, by_acceleration = pin.computeRNEADerivatives(model, data, q, v, a)
+    _, by_velocity, by_acceleration = pin.computeRNEADerivatives(model, data, *state)
     inertia = np.triu(by_acceleration) + np.triu(by_acceleration, 1).T
     root = np.diag(np.repeat([noise.acceleration, noise.angular_acceleration], 3))
     columns = [
@@ -135,9 +125,7 @@ def _generalised_forces(
         inertia[:, joint_v] * noise.joint_acceleration,
     ]
     if noise.mass or noise.center_of_mass:
-        columns += _by_bodies(
-            observer, pin.computeJointTorqueRegressor(model, data, q, v, a), noise
-        )
+        columns += _by_bodies(observer, pin.computeJointTorqueRegressor(model, data, *state), noise)
     return np.hstack(columns)
 
 
