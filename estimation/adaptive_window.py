@@ -21,14 +21,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from estimation.differentiation import LEAST, Array
+from estimation.differentiation import LEAST, Array, Centred
 
 RATIO = 1.4  # of the lengths of windows that are tried; all of them would take three times as long
 ROUNDING = 1e-9  # of the bound
 
 
 @dataclass(frozen=True, eq=False)
-class AdaptiveWindow:
+class AdaptiveWindow(Centred):
     """Least-squares polynomials on a window that adapts to every channel.
 
     Within the window that is chosen, all samples lie within ``bound`` of the fit. The
@@ -63,16 +63,6 @@ class AdaptiveWindow:
         if self.order not in (1, 2):
             raise ValueError(f"order: expected 1 or 2, got {self.order}")
         object.__setattr__(self, "delay", self.side * self.period)
-
-    @property
-    def side(self) -> int:
-        """Samples on each side of the instant described, in the longest window."""
-        return round(self.delay / self.period)
-
-    @property
-    def length(self) -> int:
-        """Samples in the longest window."""
-        return 2 * self.side + 1
 
     @cached_property
     def halves(self) -> Array:

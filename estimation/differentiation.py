@@ -85,8 +85,25 @@ class Weights(ABC):
         return self.taps @ np.exp(2j * np.pi * frequency * age)
 
 
+class Centred:
+    """A window whose results describe the instant at its centre."""
+
+    period: float
+    delay: float
+
+    @property
+    def side(self) -> int:
+        """Samples on each side of the instant described."""
+        return round(self.delay / self.period)
+
+    @property
+    def length(self) -> int:
+        """Samples in the window."""
+        return 2 * self.side + 1
+
+
 @dataclass(frozen=True)
-class Kernel(Weights):
+class Kernel(Centred, Weights):
     """The window and its first two derivatives, sampled.
 
     Args:
@@ -105,16 +122,6 @@ class Kernel(Weights):
                 f"with period {self.period} s"
             )
         object.__setattr__(self, "delay", self.side * self.period)
-
-    @property
-    def side(self) -> int:
-        """Samples on each side of the instant described."""
-        return round(self.delay / self.period)
-
-    @property
-    def length(self) -> int:
-        """Samples in the window."""
-        return 2 * self.side + 1
 
     @cached_property
     def taps(self) -> Array:
