@@ -12,8 +12,8 @@ import numpy as np
 import pinocchio as pin
 
 from benchmarks.idyntree_observer import IdyntreeObserver
-from estimation.contact_detector import ContactDetector
-from estimation.residuals import FloatingResiduals
+from estimation.contact.contact_detector import ContactDetector
+from estimation.residual.residuals import FloatingResiduals
 from estimation.torque_observer import TorqueObserver
 from robot_model import Robot, load_robot
 from robot_model.messages import SensorFrame

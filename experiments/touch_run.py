@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.contact_detector import ContactDetector, DetectorSettings
-from estimation.localisation import Localisation
-from estimation.quiet_period import QuietPeriod
+from estimation.contact.contact_detector import ContactDetector, DetectorSettings
+from estimation.contact.localisation import Localisation
+from estimation.contact.quiet_period import QuietPeriod
 from estimation.sensor_pipeline import SensorPipeline
 from experiments.touch_pushes import TouchPush
 from robot_model import Robot

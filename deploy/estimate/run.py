@@ -9,7 +9,7 @@ from deploy.errors import CommandError, UsageError
 from deploy.estimate.given import Given
 from deploy.estimate.settings import Settings, default_settings
 from estimation.base_estimator import BaseEstimator
-from estimation.contact_detector import ContactDetector
+from estimation.contact.contact_detector import ContactDetector
 from estimation.contact_set import Touch
 from estimation.observer_covariance import ObserverNoise
 from estimation.offline.log_attitude import EstimatedUpward, GivenUpward
@@ -19,8 +19,8 @@ from estimation.offline.log_observer import ObserverLog
 from estimation.offline.log_saturation import without_saturated
 from estimation.offline.log_tare import tare_observer
 from estimation.offline.sensor_log import SensorLog
-from estimation.residual_bank import ResidualBank
-from estimation.residual_model import is_measured
+from estimation.residual.residual_bank import ResidualBank
+from estimation.residual.residual_model import is_measured
 from estimation.resting import TareError
 from estimation.torque_observer import TorqueObserver
 from robot_model.errors import DescriptionError

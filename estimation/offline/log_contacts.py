@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from estimation.contact_detector import ContactDetector
-from estimation.localisation import NOWHERE, Localisation
+from estimation.contact.contact_detector import ContactDetector
+from estimation.contact.localisation import NOWHERE, Localisation
+from estimation.contact.quiet_period import QuietPeriod
 from estimation.offline.sensor_log import SensorBlock
-from estimation.quiet_period import QuietPeriod
-from estimation.residual_bank import ResidualBank
+from estimation.residual.residual_bank import ResidualBank
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray

@@ -2,10 +2,10 @@
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from estimation.contact_detector import DetectorSettings
-from estimation.limb_monitor import Levels
-from estimation.residual_bank import ResidualSettings
-from estimation.row_covariance import RowNoise
+from estimation.contact.contact_detector import DetectorSettings
+from estimation.contact.limb_monitor import Levels
+from estimation.contact.row_covariance import RowNoise
+from estimation.residual.residual_bank import ResidualSettings
 from robot_model.service_config import RobotServiceConfig
 
 

@@ -3,8 +3,8 @@
 from functools import lru_cache
 from typing import Any
 
-from estimation.limb_monitor import LimbFlag
-from estimation.localisation import Localisation
+from estimation.contact.limb_monitor import LimbFlag
+from estimation.contact.localisation import Localisation
 from robot_model.messages import Contacts
 
 

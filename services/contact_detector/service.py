@@ -8,11 +8,11 @@ import numpy as np
 from bus import Node, Pending, Received
 from bus.lockstep import Join
 from bus.rhythm import Rhythm
-from estimation.contact_detector import ContactDetector
-from estimation.limb_monitor import LimbFlag
-from estimation.localisation import NOWHERE, Localisation
+from estimation.contact.contact_detector import ContactDetector
+from estimation.contact.limb_monitor import LimbFlag
+from estimation.contact.localisation import NOWHERE, Localisation
 from estimation.offline.log_attitude import upward
-from estimation.residual_bank import ResidualBank
+from estimation.residual.residual_bank import ResidualBank
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, Contacts, Residuals, SensorFrame
 from services.contact_detector.config import ContactDetectorConfig

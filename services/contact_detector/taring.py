@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from bus import Pending
-from estimation.contact_detector import ContactDetector
-from estimation.quiet_period import Quiet, QuietPeriod
-from estimation.residual_bank import ResidualBank
+from estimation.contact.contact_detector import ContactDetector
+from estimation.contact.quiet_period import Quiet, QuietPeriod
+from estimation.residual.residual_bank import ResidualBank
 from estimation.resting import MovingError
 from robot_model.messages import SensorFrame
 from services.contact_detector.config import TareConfig

@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from estimation.contact_rows import ContactRows
-from estimation.localisation import Localiser
-from estimation.row_covariance import RowCovariance
+from estimation.contact.contact_rows import ContactRows
+from estimation.contact.localisation import Localiser
+from estimation.contact.row_covariance import RowCovariance
 from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot, load_robot
 from robot_model.messages import SensorFrame

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from estimation.contact.limb_monitor import LimbMonitor
 from estimation.drift_tracker import DriftLimits, DriftTracker
-from estimation.limb_monitor import LimbMonitor
 from estimation.torque_observer import TorqueObserver
 from robot_model import load_robot
 from robot_sim import Plant

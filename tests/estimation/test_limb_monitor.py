@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimation.limb_monitor import Levels, LimbFlag, LimbMonitor, contact_probability
+from estimation.contact.limb_monitor import Levels, LimbFlag, LimbMonitor, contact_probability
 
 MS = 1_000_000
 

@@ -4,11 +4,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from estimation.fixed_base_residual import FixedBaseResidual
-from estimation.floating_terms import floating_terms
-from estimation.momentum_filter import MomentumFilter
-from estimation.residual_model import residual_model
-from estimation.residuals import FloatingResiduals
+from estimation.residual.fixed_base_residual import FixedBaseResidual
+from estimation.residual.floating_terms import floating_terms
+from estimation.residual.momentum_filter import MomentumFilter
+from estimation.residual.residual_model import residual_model
+from estimation.residual.residuals import FloatingResiduals
 from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot, load_robot
 from robot_model.messages import SensorFrame

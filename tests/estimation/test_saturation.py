@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from estimation.contact_detector import ContactDetector
+from estimation.contact.contact_detector import ContactDetector
 from estimation.dependencies import ChannelDependencies
 from estimation.saturation import Saturation
 from estimation.sensor_pipeline import SensorPipeline

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from estimation.floating_terms import floating_terms
-from estimation.free_fall import FreeFallVelocity
 from estimation.joint_friction import JointFriction
-from estimation.momentum_filter import MomentumFilter
-from estimation.residual_model import is_measured, residual_model
+from estimation.residual.floating_terms import floating_terms
+from estimation.residual.free_fall import FreeFallVelocity
+from estimation.residual.momentum_filter import MomentumFilter
+from estimation.residual.residual_model import is_measured, residual_model
 from robot_model import Robot
 
 Array = np.ndarray

@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 from scipy.linalg import get_lapack_funcs
 
-from estimation.contact_rows import ContactRows
-from estimation.row_layout import RemovedWrenches
+from estimation.contact.contact_rows import ContactRows
+from estimation.contact.row_layout import RemovedWrenches
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.body_evidence import body_evidence
-from estimation.contact_rows import ContactRows
-from estimation.row_covariance import RowCovariance
-from estimation.surface_likelihood import HOPELESS, PointFits, SurfaceLikelihood
+from estimation.contact.body_evidence import body_evidence
+from estimation.contact.contact_rows import ContactRows
+from estimation.contact.row_covariance import RowCovariance
+from estimation.contact.surface_likelihood import HOPELESS, PointFits, SurfaceLikelihood
 
 Array = np.ndarray
 ALIKE = 1.5  # difference of log-probability that the data do not decide

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pinocchio as pin
 
-from estimation.residual_model import joint_at, rows_above
+from estimation.residual.residual_model import joint_at, rows_above
 from robot_model import Robot
 from robot_model.tree import build_tree
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from estimation.row_covariance import RowCovariance
+from estimation.contact.row_covariance import RowCovariance
 
 Array = np.ndarray
 

@@ -6,8 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from estimation.body_evidence import BodyEvidence
-from estimation.point_forces import SKEW, entry_cost, monomials, normal_equations, point_forces
+from estimation.contact.body_evidence import BodyEvidence
+from estimation.contact.point_forces import (
+    SKEW,
+    entry_cost,
+    monomials,
+    normal_equations,
+    point_forces,
+)
 from robot_model import Robot
 
 Array = np.ndarray

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimation.fixed_base_residual import FixedBaseResidual
-from estimation.quiet_period import Quiet
-from estimation.residual_model import is_measured
-from estimation.residuals import FloatingResiduals
+from estimation.contact.quiet_period import Quiet
+from estimation.residual.fixed_base_residual import FixedBaseResidual
+from estimation.residual.residual_model import is_measured
+from estimation.residual.residuals import FloatingResiduals
 from estimation.saturation import faults_by_name
 from robot_model import Robot
 from robot_model.messages import Residuals, SensorFrame

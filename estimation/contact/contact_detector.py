@@ -5,11 +5,11 @@ from math import expm1
 
 import numpy as np
 
-from estimation.contact_rows import ContactRows
-from estimation.limb_monitor import Levels, LimbFlag, LimbMonitor
-from estimation.localisation import NOWHERE, Hypothesis, Localisation, Localiser
-from estimation.quiet_period import Quiet
-from estimation.row_covariance import RowCovariance, RowNoise
+from estimation.contact.contact_rows import ContactRows
+from estimation.contact.limb_monitor import Levels, LimbFlag, LimbMonitor
+from estimation.contact.localisation import NOWHERE, Hypothesis, Localisation, Localiser
+from estimation.contact.quiet_period import Quiet
+from estimation.contact.row_covariance import RowCovariance, RowNoise
 from estimation.saturation import faults_by_name
 from robot_model import Robot
 from robot_model.messages import SensorFrame

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pinocchio as pin
 
+from estimation.contact.row_layout import RemovedWrenches, RowLayout
 from estimation.joint_friction import JointFriction
-from estimation.row_layout import RemovedWrenches, RowLayout
 from robot_model import Robot
 from robot_model.messages import SensorFrame
 

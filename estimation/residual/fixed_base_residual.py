@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 from estimation.joint_friction import JointFriction
-from estimation.momentum_filter import MomentumFilter
+from estimation.residual.momentum_filter import MomentumFilter
 from robot_model import Robot
 
 Array = np.ndarray

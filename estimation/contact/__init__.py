@@ -1,0 +1,1 @@
+"""Contact detection and localisation: where, how hard, how sure."""

@@ -1,0 +1,1 @@
+"""Momentum residuals: classical, internal and external."""
