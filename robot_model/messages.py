@@ -235,7 +235,9 @@ class Contacts:
     """Where the robot is touched.
 
     ``flags``: maps ``limb, state (none, contact, collision), probability, onset``
-    (onset in ns of the session's clock, 0 without contact; also ``force`` [N]).
+    (onset in ns of the session's clock, 0 without contact; also ``force`` [N], and
+    ``statistic`` and ``threshold`` in standard deviations). ``body``: the same for the whole
+    body, empty while it is not judged.
     ``hypotheses``: maps ``links, point (3) [m], force (3) [N], covariance (6x6;
     point, force), probability``, best first, in the frame of the first link.
     """
@@ -244,6 +246,25 @@ class Contacts:
     flags: list[dict[str, Any]] = scalar()
     hypotheses: list[dict[str, Any]] = scalar()
     none_probability: float = scalar(unit="1", default=1.0)
+    body: dict[str, Any] = scalar(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ContactMap:
+    """How probable a touch is at each place of the surface, and its line of action.
+
+    The points of ``link[i]`` are the next ``count[i]`` rows; links that are hopeless are
+    left out. Each located ``limb`` has the line of its net force.
+    """
+
+    TYPE: ClassVar[str] = "ContactMap/1"
+    link: list[str] = scalar()
+    count: list[int] = scalar()
+    point: Vector = array("p", 3, unit="m", frame="link")
+    probability: Vector = array("p", unit="1")
+    limb: list[str] = scalar()
+    line_point: Vector = array("c", 3, unit="m", frame="base")
+    line_direction: Vector = array("c", 3, unit="1", frame="base")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -64,6 +64,12 @@ PORTS: dict[str, Port] = {
     "contacts": Port(
         "/<robot>/contacts:o", "Contacts", 250, "contact_detector", "where the robot is touched"
     ),
+    "contact_map": Port(
+        "/<robot>/contact_map:o", "ContactMap", 20, "contact_detector", "touches over the surface"
+    ),
+    "touch_points": Port(
+        "/<robot>/touch_points:o", "ContactPoints", 20, "contact_detector", "places of the touches"
+    ),
     "contact_points": _in(
         "/<robot>/contact_points:i", "ContactPoints", 0, "torque_observer", "where wrenches act now"
     ),
