@@ -54,7 +54,8 @@ class Reunion:
             self._lost[peer] = self._describe(peer, links)
             if not self._watching:
                 self._watching = True
-                threading.Thread(target=self._watch, name="reunion").start()
+                # said outright: Zenoh's threads, which start it, count as daemons and pass that on
+                threading.Thread(target=self._watch, name="reunion", daemon=False).start()
 
     def _describe(self, peer: str, links: list[zenoh.Link]) -> Lost:
         if not all(map(stays_here, links)):

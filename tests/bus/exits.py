@@ -90,6 +90,7 @@ def sleeps_on_a_signal(endpoint):
 def keyboard_interrupt(endpoint):
     """Leaves the signals alone, as a script may."""
     opened(endpoint, signals=False)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs in the background ignore it
     os.kill(os.getpid(), signal.SIGINT)
     time.sleep(10)
 
@@ -113,11 +114,27 @@ def daemon_thread_reads(endpoint):
 def looks_for_a_lost_peer(endpoint):
     """Falls off main while a thread of the session's asks Zenoh without a pause."""
     reunion.FIRST_PAUSE = reunion.LAST_PAUSE = 0.0
+    started = _noting_threads()
     node = opened(endpoint)
     with Node("lost", connect=endpoint) as lost:
         peer = str(lost.session.zid())
         eventually(lambda: peer in map(str, node.session.info.peers_zid()))
     eventually(lambda: peer not in map(str, node.session.info.peers_zid()))
+    eventually(lambda: "reunion" in [thread.name for thread in started])
+    assert not any(thread.daemon for thread in started), "Python's end would not wait for it"
+
+
+def _noting_threads() -> list[threading.Thread]:
+    """Return a list that every thread started from now on is put on."""
+    started: list[threading.Thread] = []
+    start = threading.Thread.start
+
+    def note(thread: threading.Thread) -> None:
+        started.append(thread)
+        start(thread)
+
+    threading.Thread.start = note
+    return started
 
 
 def writes_until_the_end(endpoint):
