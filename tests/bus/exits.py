@@ -129,9 +129,9 @@ def _noting_threads() -> list[threading.Thread]:
     started: list[threading.Thread] = []
     start = threading.Thread.start
 
-    def note(thread: threading.Thread) -> None:
-        started.append(thread)
-        start(thread)
+    def note(self: threading.Thread) -> None:
+        started.append(self)
+        start(self)
 
     threading.Thread.start = note
     return started
