@@ -8,7 +8,7 @@ for argument in "$@"; do
   if [ -e "${argument%%::*}" ]; then exec "$python" -m pytest "$@"; fi
 done
 
-maths="tests/estimation tests/robot_model tests/experiments"
+maths="tests/estimation tests/robot_model tests/robot_sim tests/experiments"
 others=$(ls -d tests/*/ | sed 's:/$::' | grep -vxE "${maths// /|}|tests/(data|soak|__pycache__)")
 log=$(mktemp)
 trap 'kill "$beside" 2>/dev/null; rm -f "$log"' EXIT

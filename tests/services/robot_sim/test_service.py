@@ -8,6 +8,7 @@ from bus import Node, RpcError
 from bus.clock import Clock
 from bus.parameters import Parameters
 from bus.testing import Process, eventually
+from robot_model import load_robot
 from robot_model.messages import GroundTruth, MotorCommand, RawFrame
 
 pytestmark = pytest.mark.system
@@ -15,6 +16,11 @@ pytestmark = pytest.mark.system
 SIM = "/icub/sim/rpc:i"
 PAUSED = ("--set", "paused=true", "--set", "pace=fast")
 MS = 1_000_000
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot("icub")
 
 
 class Observer:
