@@ -5,7 +5,7 @@ import numpy as np
 from robot_model import Robot
 from robot_sim import Plant
 from robot_sim.contact import placement
-from tests.mujoco_robot import add_force, bare_spec, mujoco
+from experiments.mujoco_robot import add_force, bare_spec, mujoco
 
 STATES = 200
 

@@ -39,6 +39,18 @@ def add_imu(spec, robot: Robot, name: str) -> None:
         _add_sensor(spec, f"{name}_{kind}", kind, name)
 
 
+def add_rotors(spec, robot: Robot) -> None:
+    """Add the rotor inertia A = L L^T: column by column, tendons where joints are coupled."""
+    for i, column in enumerate(np.linalg.cholesky(robot.rotor_inertia).T):
+        moved = np.flatnonzero(column)
+        if len(moved) == 1:
+            spec.joint(robot.joints[i]).armature = float(column[i] ** 2)
+            continue
+        tendon = spec.add_tendon(name=f"rotor_{i}", armature=1.0)
+        for j in moved:
+            tendon.wrap_joint(robot.joints[j], float(column[j]))
+
+
 def add_site(spec, name: str, link: str, placement: pin.SE3) -> None:
     spec.body(link).add_site(name=name, **pose(placement))
 
