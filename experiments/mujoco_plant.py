@@ -108,13 +108,14 @@ class MujocoPlant:
         self._v = np.array([joint.dofadr[0] for joint in joints])
         coulomb = self.noise.profile.coulomb * np.array(self.robot.coulomb)
         self.model.dof_frictionloss[self._v] = coulomb
-        named = *self.robot.ft_sensors, *self.robot.imus, *self.robot.supports[self.support]
-        self._addresses = {name: self._sensor_addresses(name) for name in named}
+        robot, every = self.robot, [np.zeros(0, dtype=int)]
+        self._ft = np.concatenate([*map(self._sensors_on, robot.ft_sensors), *every])
+        self._imu = np.concatenate([*map(self._sensors_on, robot.imus), *every])
+        self._attitudes = [self.data.site(name).xmat for name in robot.imus]  # views
 
-    def _sensor_addresses(self, name: str) -> Array:
+    def _sensors_on(self, site: str) -> Array:
         """Where the readings of the sensors on a site are, in the order of their adding."""
-        sites = {self.model.site(i).name: i for i in range(self.model.nsite)}
-        mine = np.flatnonzero(self.model.sensor_objid == sites.get(name, -1))
+        mine = np.flatnonzero(self.model.sensor_objid == self.model.site(site).id)
         starts = self.model.sensor_adr[mine]
         return (starts[:, None] + np.arange(3)).reshape(-1)
 
@@ -145,6 +146,7 @@ class MujocoPlant:
     def release(self) -> None:
         """End all pushes."""
         self._pushes.clear()
+        self.data.xfrc_applied[:] = 0.0
 
     def motion(self, motion: Motion) -> None:
         """Add a motion to the position reference."""
@@ -167,6 +169,8 @@ class MujocoPlant:
         self.noise.draw()
 
     def _push(self) -> None:
+        if not self._pushes:
+            return
         self.data.xfrc_applied[:] = 0.0
         now = self.time * 1e-9
         self._pushes = [push for push in self._pushes if not push.shape.ended(now - push.start)]
@@ -186,18 +190,12 @@ class MujocoPlant:
         torque[data.efc_id[rows]] = data.efc_force[rows]
         return torque[self._v]
 
-    def _sensors(self, name: str) -> Array:
-        return self.data.sensordata[self._addresses[name]]
-
-    def _inertial(self, name: str) -> Array:
-        """Gyro, proper acceleration, angular acceleration, in the sensor's axes, (9,)."""
-        values = self._sensors(name)
-        values[6:] = self.data.site(name).xmat.reshape(3, 3).T @ values[6:]
-        return values
-
-    def _attitude(self, name: str) -> Quaternion:
-        x, y, z, w = pin.Quaternion(self.data.site(name).xmat.reshape(3, 3)).coeffs()
-        return w, x, y, z
+    def _inertial(self) -> tuple[Array, Array, Array]:
+        """Gyro, proper and angular acceleration of the sensors, in their axes, (m, 3) each."""
+        values = self.data.sensordata[self._imu].reshape(-1, 3, 3)
+        turns = [np.reshape(rotation, (3, 3)).T for rotation in self._attitudes]
+        dgyro = [turn @ row for turn, row in zip(turns, values[:, 2], strict=True)]
+        return values[:, 0], values[:, 1], np.reshape(dgyro, (-1, 3))
 
     # -- what is seen of it
 
@@ -210,8 +208,7 @@ class MujocoPlant:
 
     def _read(self) -> Readings:
         robot, ddq = self.robot, self.data.qacc[self._v].copy()
-        inertial = [self._inertial(name) for name in robot.imus]
-        gyro, acceleration, dgyro = np.swapaxes(np.reshape(inertial, (-1, 3, 3)), 0, 1)
+        gyro, acceleration, dgyro = self._inertial()
         friction = self._viscous * self.dq - self._dry_friction()
         return Readings(
             q=self.q,
@@ -219,12 +216,12 @@ class MujocoPlant:
             ddq=ddq,
             link_torque=self._torque - friction - robot.rotor_inertia @ ddq,
             motor_torque=self._torque,
-            ft=np.array([self._sensors(name) for name in robot.ft_sensors]).reshape(-1, 6),
+            ft=self.data.sensordata[self._ft].reshape(-1, 6),
             base_wrench=np.zeros(6),
             gyro=gyro,
             acceleration=acceleration,
             angular_acceleration=dgyro,
-            attitude=[self._attitude(name) for name in robot.imus],
+            attitude=[_quaternion(rotation) for rotation in self._attitudes],
         )
 
     def raw(self) -> RawFrame:
@@ -245,7 +242,7 @@ class MujocoPlant:
         """Return what bears the robot: (6,) by support frame, about it, in its axes."""
         frames = self.robot.supports[self.support]
         if self.support == "pole":
-            return {frame: self._sensors(frame) for frame in frames}
+            return {frame: self.data.sensordata[self._sensors_on(frame)] for frame in frames}
         return {frame: self._contact_wrench(frame) for frame in frames}
 
     def _contact_wrench(self, frame: str) -> Array:
@@ -263,3 +260,11 @@ class MujocoPlant:
                 world_m_contact = pin.SE3(contact.frame.reshape(3, 3).T, contact.pos)
                 total += sign * world_m_contact.act(pin.Force(wrench)).vector
         return world_m_frame.actInv(pin.Force(total)).vector
+
+
+def _quaternion(rotation: Array) -> Quaternion:
+    """Return wxyz of a rotation (9,)."""
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, rotation)
+    w, x, y, z = quaternion.tolist()
+    return w, x, y, z

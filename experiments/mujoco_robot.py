@@ -64,9 +64,9 @@ def pose(placement: pin.SE3) -> dict[str, np.ndarray]:
 def add_force(data, link: str, point_world, force_world, moment_world=(0.0, 0.0, 0.0)) -> None:
     """Add a force and a moment on a link; needs the placements of the present state."""
     body = data.body(link)
-    lever = point_world - body.xipos
+    moment = pin.skew(point_world - body.xipos) @ force_world
     data.xfrc_applied[body.id, :3] += force_world
-    data.xfrc_applied[body.id, 3:] += moment_world + np.cross(lever, force_world)
+    data.xfrc_applied[body.id, 3:] += moment_world + moment
 
 
 def _add_sensor(spec, name: str, kind, site: str) -> None:

@@ -37,7 +37,7 @@ def pushed_case(
     """Draw a run; the first push is the same however many contacts there are."""
     random = np.random.default_rng([seed, index])
     kind = str(random.choice(PUSHED, p=(0.28, 0.28, 0.28, 0.16)))
-    motion, wait = drawn_motion(robot, kind, random), float(random.uniform(0.3, 1.5))
+    motion, wait = drawn_motion(robot, kind, random), float(random.uniform(0.2, 0.8))
     base = KINDS[kind].base
     subtrees = generator.subtrees(base)
     chosen = int(random.choice(subtrees))
