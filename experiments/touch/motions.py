@@ -34,9 +34,11 @@ def drawn_motion(robot: Robot, kind: str, random: np.random.Generator) -> Motion
     """Draw a motion of a kind; None when the robot keeps still."""
     joints = {}
     for part, amplitude in KINDS[kind].amplitudes.items():
-        joints |= _rolls(robot, amplitude, kind, random) if part == "rolls" else {
-            robot.joints[i]: _sinusoid(amplitude, kind, random) for i in robot.parts[part]
-        }
+        joints |= (
+            _rolls(robot, amplitude, kind, random)
+            if part == "rolls"
+            else {robot.joints[i]: _sinusoid(amplitude, kind, random) for i in robot.parts[part]}
+        )
     return Motion(kind, joints) if joints else None
 
 

@@ -81,7 +81,8 @@ def _details(condition: str, records: Sequence[Record]) -> list[Table]:
 
 def _grouped(title: str, records: Sequence[Record], key: Callable[[Record], str]) -> Table:
     rows = [
-        (name.strip(), *_cells(push_figures(mine), tuple(HEADER))) for name, mine in _groups(records, key)
+        (name.strip(), *_cells(push_figures(mine), tuple(HEADER)))
+        for name, mine in _groups(records, key)
     ]
     return Table(title, ("", *HEADER.values()), rows)
 
@@ -90,7 +91,10 @@ def _free_table(free: Sequence[Record]) -> Table:
     def named(record: Record) -> str:
         return f"{_condition(record)}, {record['motion']}"
 
-    groups = [*_groups(free, named), *((f"{name}, all", m) for name, m in _groups(free, _condition))]
+    groups = [
+        *_groups(free, named),
+        *((f"{name}, all", m) for name, m in _groups(free, _condition)),
+    ]
     columns = ("hours", "alarms", "per_hour", "flagged", "limbs")
     rows = [(name, *_cells(free_figures(mine), columns)) for name, mine in groups]
     header = ("", "hours", "alarms", "per hour", "time flagged", "limbs")
