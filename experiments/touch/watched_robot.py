@@ -16,7 +16,7 @@ from estimation.sensor_pipeline import SensorPipeline
 from experiments.touch.cases import Case
 from experiments.touch.conditions import VARIANTS, Condition, Variant
 from robot_model import Robot
-from robot_model.messages import RawFrame, SensorFrame
+from robot_model.messages import RawFrame
 from robot_sim import Plant
 from robot_sim.motions import Motion
 
