@@ -41,6 +41,7 @@ def push_figures(records: Sequence[Record]) -> dict[str, Any]:
     return {
         "pushes": len(valid),
         "fell": len(records) - len(valid),
+        "early": share(valid, "early"),
         "detected": share(valid, "detected"),
         "delay": 1e3 * quantile(valid, "delay"),
         "delay_90": 1e3 * quantile(valid, "delay", 0.9),

@@ -94,7 +94,7 @@ class PushGenerator:
         """Factor on a force that would tip the robot over; the force stays above the least."""
         place = self._homes[link]
         moment = np.cross(place.act(point), place.rotation @ force)  # about the soles' middle
-        factor = min(1.0, self._bearing / (np.linalg.norm(moment[:2]) + 1e-9))
+        factor = min(1.0, self._bearing / (float(np.linalg.norm(moment[:2])) + 1e-9))
         return max(factor, FORCES[0] / float(np.linalg.norm(force)))
 
 

@@ -25,10 +25,10 @@ class TouchScore:
     subtrees: tuple[str, ...]
     forces: tuple[float, ...]  # N, largest
     fell: bool
-    early: bool  # some limb was flagged before
+    early: bool  # some limb was flagged before: a false alarm
     detected: bool  # some limb was flagged
-    limb: bool  # the first limb flagged was one of those that are touched
-    delay: float  # s from min(5 N, half the peak) to the first flag; nan without one
+    limb: bool  # of the first new flags one is right
+    delay: float  # s from min(5 N, half the peak) to the first new flag; nan without one
     flagged: tuple[str, ...]  # limbs, in this order
     ranking: tuple[str, ...]  # links, best first
     probabilities: tuple[float, ...]
@@ -65,10 +65,8 @@ def push_score(robot: Robot, watched: WatchedRobot, case: Case) -> TouchScore:
     before = watched.start_motion()
     start = watched.plant.time + 1_000_000  # a push acts from the next tick on
     for push in case.pushes:
-        rise = {} if push.kind == "tap" else {"rise": push.shape.rise}
-        duration = push.shape.duration if push.kind == "tap" else None
-        shape = {"profile": push.shape.profile, "duration": duration} | rise
-        watched.plant.push(push.link, push.point, push.force, **shape)
+        shape = {"duration": push.shape.duration, "rise": push.shape.rise}
+        watched.plant.push(push.link, push.point, push.force, profile=push.shape.profile, **shape)
     seen = watched.watch(case.pushes[0].length, locate=True)
     held = None if case.pushes[0].kind == "tap" else watched.locate()
     end = watched.plant.time
@@ -103,7 +101,8 @@ def _judged(
     pushes = case.pushes
     subtrees = tuple(robot.subtrees[robot.subtree_of(push.link)].name for push in pushes)
     flagged = tuple(dict.fromkeys(limb for sight in seen for limb in sight.touched))
-    first = next((sight for sight in seen if sight.touched), None)
+    early = set(before[-1].touched) if before else set()
+    first = next((sight for sight in seen if set(sight.touched) - early), None)
     noticeable = start * 1e-9 + pushes[0].noticeable
     hypotheses = moment.located.hypotheses if moment else ()
     chosen = [_hypothesis_for(robot, push, hypotheses, pushes) for push in pushes]
@@ -116,9 +115,9 @@ def _judged(
         subtrees=subtrees,
         forces=tuple(push.size for push in pushes),
         fell=watched.plant.fallen,
-        early=any(sight.touched for sight in before[-1:]),
-        detected=first is not None,
-        limb=first is not None and any(limb in subtrees for limb in first.touched),
+        early=bool(early),
+        detected=any(sight.touched for sight in seen),
+        limb=first is not None and not set(subtrees).isdisjoint(set(first.touched) - early),
         delay=first.stamp * 1e-9 - noticeable if first else float("nan"),
         flagged=flagged,
         ranking=ranking,

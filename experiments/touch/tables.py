@@ -16,6 +16,8 @@ from experiments.touch.store import Record
 
 HEADER = {
     "pushes": "n",
+    "fell": "fell",
+    "early": "flagged before",
     "detected": "detected",
     "delay": "delay [ms]",
     "delay_90": "90 %",
@@ -28,7 +30,7 @@ HEADER = {
     "force_90": " 90 %",
     "locate": "locate [ms]",
 }
-SHARES = {"detected", "limb", "first", "among_three", "given", "right", "flagged"}
+SHARES = {"early", "detected", "limb", "first", "among_three", "given", "right", "flagged"}
 FORCES = (5.0, 10.0, 20.0, 40.0)  # N, bounds of bands
 
 

@@ -23,17 +23,23 @@ class Value(NamedTuple):
     unit: str
 
 
+class Sensors(NamedTuple):
+    """Profile and variant."""
+
+    profile: str = "realistic"
+    variant: str = "usual"
+
+
 @dataclass(frozen=True)
 class Target:
-    """Bounds of one figure of the pushes of one profile and variant, standing."""
+    """Bounds of one figure of the pushes of a standing robot."""
 
     name: str
     figure: str
     must: float
     goal: float
     unit: str = "%"
-    profile: str = "realistic"
-    variant: str = "usual"
+    sensors: Sensors = Sensors()
     least: float = 0.0  # N
 
     def value(self, pushes: Sequence[Record]) -> Value:
@@ -43,13 +49,13 @@ class Target:
         return Value(number, f"{len(standing(mine))} pushes", self.unit)
 
     def _counts(self, record: Record) -> bool:
-        same = record["profile"] == self.profile and record["variant"] == self.variant
+        same = Sensors(record["profile"], record["variant"]) == self.sensors
         strong = min(record["forces"]) >= self.least
         return same and strong and record["motion"] in STANDING
 
 
-IDEAL = {"profile": "ideal", "variant": "exact_masses"}
-COARSE = {"profile": "realistic_12bit"}
+IDEAL = Sensors("ideal", "exact_masses")
+COARSE = Sensors("realistic_12bit")
 TARGETS = (
     Target("detected from 10 N on", "detected", 99, 100, least=STRONG),
     Target("delay from 10 N on, median", "delay", 15, 6, "ms", least=STRONG),
@@ -58,12 +64,18 @@ TARGETS = (
     Target("point, median", "point", 8, 4, "mm"),
     Target("point, 90 %", "point_90", 25, 15, "mm"),
     Target("force, median", "force", 0.5, 0.25, "N"),
-    Target("12 bit: link first", "first", 86, 95, **COARSE),
-    Target("12 bit: point, median", "point", 8, 4, "mm", **COARSE),
-    Target("12 bit: delay, median", "delay", 30, 6, "ms", **COARSE),
-    Target("two contacts, different sub-graphs: right pair", "first", 75, 90, variant="apart"),
-    Target("ideal: link first", "first", 99, 99, **IDEAL),
-    Target("ideal: point, median", "point", 1, 1, "mm", **IDEAL),
+    Target("12 bit: link first", "first", 86, 95, sensors=COARSE),
+    Target("12 bit: point, median", "point", 8, 4, "mm", sensors=COARSE),
+    Target("12 bit: delay, median", "delay", 30, 6, "ms", sensors=COARSE),
+    Target(
+        "two contacts, different sub-graphs: right pair",
+        "first",
+        75,
+        90,
+        sensors=Sensors(variant="apart"),
+    ),
+    Target("ideal: link first", "first", 99, 99, sensors=IDEAL),
+    Target("ideal: point, median", "point", 1, 1, "mm", sensors=IDEAL),
 )
 
 
@@ -71,7 +83,7 @@ def target_table(pushes: Sequence[Record], free: Sequence[Record], method: str) 
     """Return what was to be reached and what was, by one method."""
     mine = [record for record in pushes if record["method"] == method]
     rows = [_row(target.name, target.must, target.goal, target.value(mine)) for target in TARGETS]
-    usual = [r for r in free if (r["profile"], r["variant"]) == ("realistic", "usual")]
+    usual = [record for record in free if (record["profile"], record["variant"]) == Sensors()]
     figures = free_figures(usual)
     alarms = Value(figures["per_hour"], f"{figures['hours']:.2g} h", "/h")
     rows.insert(2, _row("false alarms in motion", 1.0, 0.0, alarms))

@@ -43,7 +43,7 @@ class TouchPlant(Protocol):
         force: Array,
         *,
         profile: str,
-        duration: float | None,
+        duration: float,
         rise: float,
     ) -> Any: ...
     def release(self) -> Any: ...
@@ -173,4 +173,5 @@ def _settings(method: str) -> DetectorSettings:
     known = {field.name for field in fields(DetectorSettings)}
     if "method" not in known and method != "surface":
         raise ValueError(f"the detector knows one method, 'surface', got '{method}'")
-    return DetectorSettings(**({"method": method} if "method" in known else {}))
+    chosen: dict[str, Any] = {"method": method} if "method" in known else {}
+    return DetectorSettings(**chosen)
