@@ -89,6 +89,7 @@ class ContactDetector:
         statistic = np.sqrt(np.vecdot(wrenches, np.matvec(self._information, wrenches)))
         force = np.sqrt(np.vecdot(wrenches[:, :3], wrenches[:, :3]))
         flags = self.monitor.update(statistic, force, stamp, self._reasons)
+        self.locator.keep(self.touched)
         if self.tared and not self.touched:
             self._follow_drift(statistic, period)
         return flags

@@ -6,7 +6,7 @@ import numpy as np
 
 from estimation.contact.limb_touch import LimbTouch
 from estimation.contact.link_fits import LinkFits, Places
-from estimation.contact.point_forces import entry_cost
+from estimation.contact.point_forces import SKEW, entry_cost
 from estimation.contact.surface_points import Anchors, SurfacePoints
 
 Array = np.ndarray
@@ -101,8 +101,7 @@ def _covariance(touch: LimbTouch, wrench: Array) -> Array:
     seen = touch.rows.wrench_map([touch.subtree])[0]
     of_wrench = back @ (seen @ touch.covariance.matrix @ seen.T) @ back.transpose(0, 2, 1)
     force = wrench[:, :3]
-    lever = np.cross(force[:, None], np.eye(3), axis=2).transpose(0, 2, 1)
-    lever /= _square(force)[:, None, None]
+    lever = np.tensordot(force, SKEW, 1) / _square(force)[:, None, None]
     covariance = np.zeros((len(force), 6, 6))
     covariance[:, :3, :3] = lever @ of_wrench[:, 3:, 3:] @ lever.transpose(0, 2, 1)
     covariance[:, :3, :3] += MISS**2 * np.eye(3)

@@ -37,15 +37,21 @@ class Localisation:
 NOWHERE = Localisation((), 1.0)
 
 
-def ranked(fits: LinkFits, most: int = 5) -> Localisation:
-    """Return the best links with their probabilities."""
+def link_probabilities(fits: LinkFits) -> tuple[Array, float]:
+    """Return the probability of each link, (k,), and that of none of them."""
     weights = np.append(fits.weight, fits.misfit + fits.weight.max() - NOWHERE_COST)
     probability = np.exp(weights - weights.max())
     probability /= probability.sum()
+    return probability[:-1], float(probability[-1])
+
+
+def ranked(fits: LinkFits, most: int = 5) -> Localisation:
+    """Return the best links with their probabilities."""
+    probability, none = link_probabilities(fits)
     order = np.argsort(-fits.weight)[:most].tolist()
     hypotheses = []
     for i in order:
-        alike = [j for j in order if j != i and abs(weights[j] - weights[i]) < ALIKE]
+        alike = [j for j in order if j != i and abs(fits.weight[j] - fits.weight[i]) < ALIKE]
         hypotheses.append(
             Hypothesis(
                 links=tuple(fits.links[j] for j in (i, *alike)),
@@ -55,4 +61,4 @@ def ranked(fits: LinkFits, most: int = 5) -> Localisation:
                 probability=float(probability[i]),
             )
         )
-    return Localisation(tuple(hypotheses), float(probability[-1]))
+    return Localisation(tuple(hypotheses), none)

@@ -10,6 +10,7 @@ from estimation.contact.link_fits import LinkFits
 from estimation.contact.localisation import NOWHERE, Hypothesis, Localisation, ranked
 from estimation.contact.localiser import Localiser
 from estimation.contact.row_covariance import RowCovariance, RowNoise
+from estimation.contact.touch_map import TouchMap, touch_map
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
@@ -39,14 +40,20 @@ class TouchLocator:
         """Change the time constant [s] and the method; ValueError for an unknown one."""
         self.smoothing = smoothing
         if method != self._localiser.name:
-            self._forget(list(self.fits))
+            self.keep(())
             self._localiser.choose(method)
 
     def reset(self) -> None:
         """Forget all touches; the next rows are taken as they are."""
         self._smooth[:] = 0.0
         self._fresh = True
-        self._forget(list(self.fits))
+        self.keep(())
+
+    def keep(self, touched: Sequence[int]) -> None:
+        """Forget the touches of the limbs that are touched no longer."""
+        for limb in [one for one in self.fits if one not in touched]:
+            del self.fits[limb]
+            self._localiser.method.forget(limb)
 
     def add(self, touch: Array, period: float) -> None:
         """Take tared rows (nv,), ``period`` seconds after the last ones."""
@@ -74,7 +81,6 @@ class TouchLocator:
         Returns:
             Probabilities of one limb sum to one with its share of none.
         """
-        self._forget([limb for limb in self.fits if limb not in touched])
         for limb in touched:
             self._fit(frame, limb, {*touched, *unjudged} - {limb}, model_error)
         found = [ranked(fits) for fits in self.fits.values()]
@@ -85,6 +91,13 @@ class TouchLocator:
         nowhere = float(np.mean([one.none_probability for one in found]))
         return Localisation(tuple(hypotheses), nowhere)
 
+    def map(self) -> TouchMap:
+        """Return the places of the touches that the last ``locate`` found."""
+        robot, placed = self._rows.robot, self._rows.place_links()
+        base = placed[robot.links.index(robot.base_link)].inverse()
+        places = {link: base * place for link, place in zip(robot.links, placed, strict=True)}
+        return touch_map({robot.subtrees[i].name: one for i, one in self.fits.items()}, places)
+
     def _fit(self, frame: SensorFrame, limb: int, blind: set[int], model_error: Array) -> None:
         blind = blind - set(self._rows.removed.subtrees)
         removed = self._rows.removing(sorted(blind))
@@ -93,8 +106,3 @@ class TouchLocator:
         fits = self._localiser.fit(touch, self._covariance, limb)
         if fits is not None:
             self.fits[limb] = fits
-
-    def _forget(self, limbs: Sequence[int]) -> None:
-        for limb in limbs:
-            del self.fits[limb]
-            self._localiser.method.forget(limb)
