@@ -50,7 +50,7 @@ class ContactLine:
             force=lines[:, :3],
             covariance=_covariance(touch, lines),
             misfit=float(-weight.max()),
-            places=lambda: Places(sizes, anchors.point, value - np.repeat(torques, sizes)),
+            places=lambda: Places(links, sizes, anchors.point, value - np.repeat(torques, sizes)),
         )
 
 

@@ -142,19 +142,20 @@ def _summary(
     groups = np.split(order, first[1:])
     clusters = [_cluster(cloud.point[g], force[:, g].T, value[g]) for g in groups]
     weight, mean, covariance = (np.array(part) for part in zip(*clusters, strict=True))
+    links = [limb.links[i] for i in found]
     return LinkFits(
-        links=[limb.links[i] for i in found],
+        links=links,
         weight=weight,
         point=mean[:, :3],
         force=mean[:, 3:],
         covariance=covariance,
         misfit=float(touch.free_gain.max() - value.max()),
-        places=lambda: Places(count.tolist(), cloud.point[order], value[order]),
+        places=lambda: Places(links, count.tolist(), cloud.point[order], value[order]),
     )
 
 
 def _cluster(point: Array, force: Array, value: Array) -> tuple[float, Array, Array]:
-    """Log of the summed weights of one link, best first, then mean and covariance about its best."""
+    """Return log of the summed weights of one link, and mean and covariance about its best."""
     weight = np.exp(value - value[0])
     near = np.linalg.norm(point - point[0], axis=1) < CLUSTER
     share = weight[near] / weight[near].sum()

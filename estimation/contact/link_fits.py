@@ -13,9 +13,14 @@ Array = np.ndarray
 class Places(NamedTuple):
     """Places that were tried, one link after the other."""
 
+    links: list[str]
     count: list[int]  # places of each link
     point: Array  # (P, 3) m, in the frame of the link
     weight: Array  # (P,) log-likelihood
+
+    def split(self, values: Array) -> list[Array]:
+        """Return the values of all places link by link."""
+        return np.split(values, np.cumsum(self.count)[:-1])
 
 
 class LinkFits(NamedTuple):

@@ -60,4 +60,3 @@ class Localiser:
         """Locate one touch for itself; arguments as those of ``fit``."""
         fits = self.fit(touch, covariance, subtree)
         return NOWHERE if fits is None else ranked(fits)
-

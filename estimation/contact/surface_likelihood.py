@@ -89,7 +89,7 @@ class SurfaceLikelihood:
     def _places(self, links: list[str], tried: _Tried) -> Places:
         weight = np.concatenate(tried.value)
         count = [len(part) for part in tried.value]
-        return Places(count, self._surface.all_of(links).point, weight)
+        return Places(links, count, self._surface.all_of(links).point, weight)
 
 
 def _spread(tried: _Tried) -> Array:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,8 @@ from estimation.contact.localisation import link_probabilities
 
 Array = np.ndarray
 FAINT = 1e-4  # probability of a link below which its places are left out
-BEHIND = -40.0  # log-probability that is as good as none
+BEHIND = 40.0  # log-probability behind the best that is as good as none
+MOST = 1500  # places of all touches; the likeliest are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,31 +46,51 @@ def touch_map(fits: Mapping[str, LinkFits], places: Mapping[str, pin.SE3]) -> To
     """
     if not fits:
         return NO_MAP
-    spread = [part for one in fits.values() for part in _over_links(one)]
+    spread = _likeliest([part for one in fits.values() for part in _over_links(one)])
     lines = [_line(one, places) for one in fits.values()]
     return TouchMap(
-        link=[link for link, _, _ in spread],
-        count=[len(point) for _, point, _ in spread],
-        point=np.concatenate([_NONE, *(point for _, point, _ in spread)]),
-        probability=np.concatenate([np.zeros(0), *(share for _, _, share in spread)]),
+        link=[part.link for part in spread],
+        count=[len(part.point) for part in spread],
+        point=np.concatenate([_NONE, *(part.point for part in spread)]),
+        probability=np.concatenate([_NONE[:, 0], *(part.probability for part in spread)]),
         limb=list(fits),
         line_point=np.array([point for point, _ in lines]),
         line_direction=np.array([direction for _, direction in lines]),
     )
 
 
-def _over_links(fits: LinkFits) -> list[tuple[str, Array, Array]]:
-    """Return name, places and their probabilities of every link that is not out of the question."""
+class _Spread(NamedTuple):
+    """How a touch is spread over one link."""
+
+    link: str
+    point: Array  # (p, 3)
+    probability: Array  # (p,)
+
+
+def _over_links(fits: LinkFits) -> list[_Spread]:
+    """Return the places of every link that is not out of the question."""
     tried = fits.places()
     probability, _ = link_probabilities(fits)
-    ends = pairwise([0, *accumulate(tried.count)])
+    weights = dict(zip(tried.links, tried.split(tried.weight), strict=True))
+    points = dict(zip(tried.links, tried.split(tried.point), strict=True))
     parts = []
-    for link, mine, (i, j) in zip(fits.links, probability.tolist(), ends, strict=True):
-        if mine > FAINT:
-            weight = tried.weight[i:j]
-            share = np.exp(np.maximum(weight - weight.max(), BEHIND))
-            parts.append((link, tried.point[i:j], mine * share / share.sum()))
+    for link, mine in zip(fits.links, probability.tolist(), strict=True):
+        if mine > FAINT and link in weights:
+            share = np.exp(np.maximum(weights[link] - weights[link].max(), -BEHIND))
+            parts.append(_Spread(link, points[link], mine * share / share.sum()))
     return parts
+
+
+def _likeliest(parts: list[_Spread]) -> list[_Spread]:
+    """Keep no more places than a message bears."""
+    if sum(len(part.point) for part in parts) <= MOST:
+        return parts
+    every = np.concatenate([part.probability for part in parts])
+    kept = np.zeros(len(every), dtype=bool)
+    kept[np.argpartition(every, -MOST)[-MOST:]] = True
+    ends = np.cumsum([len(part.point) for part in parts])
+    pairs = zip(parts, np.split(kept, ends[:-1]), strict=True)
+    return [_Spread(x.link, x.point[k], x.probability[k]) for x, k in pairs if k.any()]
 
 
 def _line(fits: LinkFits, places: Mapping[str, pin.SE3]) -> tuple[Array, Array]:

@@ -30,7 +30,8 @@ class MapOutput:
 
     def complain(self, like: Envelope | None, reason: str) -> None:
         """Say that no frames come."""
-        self._port.write(_message(NO_MAP), like=like, valid=False, reason=reason)
+        if self._port.heard:
+            self._port.write(_message(NO_MAP), like=like, valid=False, reason=reason)
 
 
 def _message(places: TouchMap) -> ContactMap:
