@@ -19,6 +19,7 @@ class Variant:
     tared: bool = True
     friction: float = 0.0  # N m of Coulomb friction in every joint, unknown to the estimator
     gain_error: float = 0.0  # standard deviation of each F/T channel's gain
+    calibrated: bool = False  # the detector has learnt from 8 s of free motion
     contacts: str = "one"  # one; two at once on different sub-graphs (apart) or the same (together)
 
 
@@ -28,6 +29,8 @@ VARIANTS = {
     "untared": Variant(tared=False),
     "friction": Variant(friction=0.5),
     "gain": Variant(gain_error=0.02),
+    "friction_calibrated": Variant(friction=0.5, calibrated=True),
+    "gain_calibrated": Variant(gain_error=0.02, calibrated=True),
     "apart": Variant(contacts="apart"),
     "together": Variant(contacts="together"),
 }

@@ -4,17 +4,18 @@ All that the benchmark asks of the detector is asked here.
 """
 
 import time
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 
 from estimation.contact.contact_detector import ContactDetector, DetectorSettings
 from estimation.contact.localisation import Localisation
-from estimation.contact.quiet_period import QuietPeriod
+from estimation.contact.quiet_period import Quiet, QuietPeriod
 from estimation.sensor_pipeline import SensorPipeline
 from experiments.touch.cases import Case
 from experiments.touch.conditions import VARIANTS, Condition, Variant
+from experiments.touch.motions import drawn_motion
 from robot_model import Robot
 from robot_model.messages import RawFrame
 from robot_sim import Plant
@@ -23,7 +24,7 @@ from robot_sim.motions import Motion
 Array = np.ndarray
 EVERY = 4  # ticks of 1 ms between samples of the detector
 LOCATE = 12  # samples between localisations of a held touch, about 20 Hz
-SETTLE, FILL, TARE, FADE = 1.5, 0.1, 1.0, 2.0  # s
+SETTLE, FILL, TARE, FADE, CALIBRATE = 1.5, 0.1, 1.0, 2.0, 8.0  # s
 
 
 class TouchPlant(Protocol):
@@ -76,7 +77,9 @@ class WatchedRobot:
         believed = robot.perturbed(case.noise, self.variant.mass_error)
         support = "floor" if case.base == "free" else "pole"
         self._pipeline = SensorPipeline(robot)
-        self.detector = ContactDetector(believed, support, _settings(condition.method))
+        self.detector = ContactDetector(
+            believed, support, DetectorSettings(method=condition.method)
+        )
         self._limbs = self.detector.monitor.limbs
         self.step_times: list[float] = []  # s
         self.locate_times: list[float] = []  # s
@@ -85,6 +88,8 @@ class WatchedRobot:
             self.plant.step()
         self.watch(FILL)
         self._tare(TARE)
+        if self.variant.calibrated:
+            self._calibrate(CALIBRATE)
 
     def watch(self, seconds: float, locate: bool = False) -> list[Sight]:
         """Run plant and detector and return what is seen; with places where wanted."""
@@ -121,10 +126,10 @@ class WatchedRobot:
         start = time.perf_counter()
         flags = self.detector.step(self.frame, self.plant.time)
         self.step_times.append(time.perf_counter() - start)
-        touched = [flag for flag in flags if flag.state != "none"]
+        touched = self.detector.touched
         self._samples = self._samples + 1 if touched else 0
-        names = tuple(flag.limb for flag in touched)
-        force = max((flag.force for flag in touched), default=0.0)
+        names = tuple(self._limbs[i] for i in touched)
+        force = max((flags[i].force for i in touched), default=0.0)
         due = locate and self._samples % LOCATE == 1
         return Sight(self.plant.time, names, force, self._locate() if due else None)
 
@@ -140,13 +145,27 @@ class WatchedRobot:
 
     def _tare(self, seconds: float) -> None:
         """Tare the detector on the resting robot; without a tare let the time pass."""
-        quiet, rows = QuietPeriod(self.robot.joints), self.detector.rows
+        quiet = self._quiet(seconds)
+        if self.variant.tared:
+            self.detector.tare(quiet)
+
+    def _calibrate(self, seconds: float) -> None:
+        """Learn from the motion of another case in which nothing touches."""
+        random = np.random.default_rng(self.case.noise)
+        motion = drawn_motion(self.robot, "pole" if self.case.base == "fixed" else "sway", random)
+        assert motion is not None
+        self.plant.motion(motion)
+        self.watch(FADE)
+        self.detector.calibrate(self._quiet(seconds))
+
+    def _quiet(self, seconds: float) -> Quiet:
+        period, rows = QuietPeriod(self.robot.joints), self.detector.rows
         for _ in range(round(seconds * 1000 / EVERY)):
             self.watch(EVERY * 1e-3)
-            touch = self.detector.untared_rows
-            quiet.add(self.frame, touch, rows.predicted, rows.wrenches(touch), np.zeros(0))
-        if self.variant.tared:
-            self.detector.tare(quiet.finish(still=False))
+            raw, tared = self.detector.untared_rows, self.detector.tared_rows
+            wrenches = rows.wrenches(raw)
+            period.add(self.frame, raw, rows.predicted, wrenches, np.zeros(0), tared)
+        return period.finish(still=False)
 
 
 def _plant(robot: Robot, case: Case, condition: Condition, variant: Variant) -> TouchPlant:
@@ -167,11 +186,3 @@ def _gains(robot: Robot, seed: int, error: float) -> Array | None:
     if not error:
         return None
     return 1.0 + np.random.default_rng(seed).normal(0.0, error, (len(robot.ft_sensors), 6))
-
-
-def _settings(method: str) -> DetectorSettings:
-    known = {field.name for field in fields(DetectorSettings)}
-    if "method" not in known and method != "surface":
-        raise ValueError(f"the detector knows one method, 'surface', got '{method}'")
-    chosen: dict[str, Any] = {"method": method} if "method" in known else {}
-    return DetectorSettings(**chosen)

@@ -45,6 +45,7 @@ class LevelConfig(_Group):
     """When a limb counts as touched."""
 
     contact: float = Field(default=6.5, gt=0.0)  # standard deviations
+    margin: float = Field(default=1.5, ge=1.0)
     release: float = Field(default=0.6, gt=0.0, lt=1.0)
     release_time: float = Field(default=0.1, ge=0.0)  # s
     collision: float = Field(default=40.0, gt=0.0)  # N
@@ -65,6 +66,7 @@ class ContactDetectorConfig(RobotServiceConfig):
     rate: float = Field(default=250.0, gt=0.0, le=1000.0)  # Hz
     locate_rate: float = Field(default=20.0, gt=0.0, le=250.0)  # Hz
     method: Literal["surface", "line", "particle"] = "surface"
+    tell_points: bool = True
     model_error: float = Field(default=0.02, ge=0.0)
     smoothing: float = Field(default=0.06, ge=0.001)  # s
     drift_time: float = Field(default=20.0, gt=0.0)  # s

@@ -11,13 +11,14 @@ from bus.rhythm import Rhythm
 from estimation.contact.contact_detector import ContactDetector
 from estimation.contact.limb_monitor import LimbFlag
 from estimation.contact.localisation import NOWHERE, Localisation
+from estimation.contact.touch_points import TouchPoints
 from estimation.offline.log_attitude import upward
 from estimation.residual.residual_bank import ResidualBank
 from robot_model import Robot, load_robot, ports
-from robot_model.messages import BaseState, Contacts, Residuals, SensorFrame
+from robot_model.messages import BaseState, ContactPoints, Contacts, Residuals, SensorFrame
 from services.contact_detector.config import ContactDetectorConfig
 from services.contact_detector.map_output import MapOutput
-from services.contact_detector.messages import contacts_message
+from services.contact_detector.messages import contacts_message, points_message
 from services.contact_detector.taring import Taring
 
 WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
@@ -47,6 +48,7 @@ class ContactService:
         self._up_base: np.ndarray | None = None
         self._flags: list[LimbFlag] = []
         self._located: Localisation = NOWHERE
+        self._places, self._next_places = TouchPoints(robot), 0
         node.verb("tare", self._tare, help="take what the resting robot shows for zero {seconds}")
         node.verb("calibrate", self._calibrate, help="raise thresholds to a motion {seconds}")
         node.verb("status", self._status, help="state, tare, thresholds per limb")
@@ -81,6 +83,9 @@ class ContactService:
             ports.name("contacts", robot), Contacts, rate=rate, model=robot.model_hash
         )
         self._map = MapOutput(node, robot, self._config.locate_rate)
+        self._points = node.output(
+            ports.name("touch_points", robot), ContactPoints, rate=self._config.locate_rate
+        )
 
     def _source(self, key: str) -> str:
         return self._config.inputs.get(key, ports.name(key, self._robot))
@@ -135,6 +140,7 @@ class ContactService:
             self._next = max(self._next + period, stamp + period // 2)
             self._detect(frame, stamp)
             self._publish(received)
+            self._tell_places(received)
 
     def _is_residual_due(self, stamp: int) -> bool:
         """Forces are integrated at every sample, momenta are computed where somebody looks."""
@@ -148,7 +154,7 @@ class ContactService:
         """The stamps jumped back: what was remembered belongs to another run."""
         self.detector.reset()
         self._bank.reset()
-        self._next = self._next_location = 0
+        self._next = self._next_location = self._next_places = 0
         self._map.restart()
         self._located = NOWHERE
 
@@ -181,7 +187,21 @@ class ContactService:
         if reason:
             self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
         else:
-            self._contacts.write(contacts_message(self._flags, self._located), like=like)
+            self._contacts.write(self._message(), like=like)
+
+    def _message(self) -> Contacts:
+        return contacts_message(self._flags, self._located, self.detector.body)
+
+    def _tell_places(self, received: Received) -> None:
+        """Tell where forces act, whether or not that is new: who has just come needs it too."""
+        like = received.envelope
+        if like.stamp < self._next_places or not self._config.tell_points:
+            return
+        self._next_places = like.stamp + round(1e9 / self._config.locate_rate)
+        reason = self._doubt()
+        touched = [] if reason else self.detector.touched
+        places = self._places.update(touched, self._located)
+        self._points.write(points_message(places), like=like, valid=not reason, reason=reason)
 
     def _doubt(self) -> str:
         """Why nothing is said about contacts."""
