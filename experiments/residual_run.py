@@ -77,29 +77,38 @@ class ResidualTruth:
         columns = pin.getFrameJacobian(self._model, self._data, frame, LOCAL)
         return place.rotation @ to_point @ columns
 
-    def rotation(self, link: str) -> Array:
-        """Base from link, at the posture of the last ``maps``."""
-        frame = self._model.getFrameId(link)
-        return pin.updateFramePlacement(self._model, self._data, frame).rotation.copy()
+    def placements(self, q: Array) -> dict[str, pin.SE3]:
+        """Placements of the links in base axes, at the joints' positions (n,)."""
+        model, data = self._model, self._data
+        self._q[self._layout.joint_q] = q
+        pin.framesForwardKinematics(model, data, self._q)
+        return {link: data.oMf[model.getFrameId(link)].copy() for link in self._robot.links}
 
 
-def pushed(robot: Robot, pushes: list[Push], seed: int = 0) -> Trace:
-    """Let the robot stand, then push it for a period of the sinusoid, all places in phase."""
-    plant, pipeline = Plant(robot, "free", "ideal", seed), SensorPipeline(robot)
+def pushed(
+    robot: Robot, pushes: list[Push], settle: float = SETTLE, half: float = HALF
+) -> Trace:
+    """Let the robot stand, then push it for a period of the sinusoid, all places in phase.
+
+    The trace begins 0.2 s before the push; ``settle`` and ``half`` a period in seconds.
+    """
+    plant, pipeline = Plant(robot, "free", "ideal"), SensorPipeline(robot)
     residuals = FloatingResiduals(robot, "floor", GAIN, GAIN)
     truth, smooth = ResidualTruth(robot), MomentumFilter(robot.n, GAIN)
     rows: list[tuple] = []
     impulse = np.zeros(robot.n)
-    for tick in range(round(1000 * (SETTLE + 2.2 * HALF))):
-        _push(plant, pushes, tick)
+    start, length = round(1000 * settle), round(1000 * half)
+    for tick in range(start + round(2.2 * length)):
+        if tick in (start, start + length):
+            _push(plant, pushes, 1.0 if tick == start else -1.0, half)
         plant.step()
         frame = pipeline.step(plant.raw(), plant.time)
         inertial = frame.imu_gyro[0], frame.imu_acc[0]
         residuals.step(frame.q, frame.dq, frame.motor_torque, frame.ft, *inertial, 1e-3)
-        if tick < 1000 * SETTLE - 200:
+        if tick < start - 200:
             continue
         virtual, internal = truth.maps(frame.q, pushes)
-        forces = _forces(plant, truth, pushes)
+        forces = _forces(plant, pushes)
         real = internal @ forces.reshape(-1)
         impulse = impulse + 1e-3 * real
         filtered = smooth.step(impulse, np.zeros(robot.n), 1e-3).copy()
@@ -111,16 +120,14 @@ def pushed(robot: Robot, pushes: list[Push], seed: int = 0) -> Trace:
     return Trace(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def _push(plant: Plant, pushes: list[Push], tick: int) -> None:
-    """Two halves of a sine, one there and one back."""
-    for half, sign in enumerate((1.0, -1.0)):
-        if tick == round(1000 * (SETTLE + half * HALF)):
-            for push in pushes:
-                force = sign * push.force
-                plant.push(push.link, push.point, force, profile="half_sine", duration=HALF)
+def _push(plant: Plant, pushes: list[Push], sign: float, half: float) -> None:
+    """Begin half a sine, there or back."""
+    for push in pushes:
+        force = sign * push.force
+        plant.push(push.link, push.point, force, profile="half_sine", duration=half)
 
 
-def _forces(plant: Plant, truth: ResidualTruth, pushes: list[Push]) -> Array:
+def _forces(plant: Plant, pushes: list[Push]) -> Array:
     """True forces in base axes, (c, 3)."""
     x, y, z, w = plant.truth().base_quat_wxyz[[1, 2, 3, 0]]
     base_from_world = pin.Quaternion(w, x, y, z).toRotationMatrix().T

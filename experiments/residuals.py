@@ -1,4 +1,4 @@
-"""The papers' residuals compared, as R does: Figures 3, 4, 7 and 8, and its timing.
+"""The papers' residuals compared, as R does: Figures 3, 4, 7, 8 and 9, and its timing.
 
 A sinusoidal force at the right shoulder of a standing robot, then one at each shoulder;
 sensors are exact. "Real" is what the force does to the joints, J_fb^T f (eq. 12).
@@ -8,8 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from experiments.contact_candidates import ALIKE, Summary, summary
 from experiments.line_figure import Panel, figure_svg
-from experiments.report import Report, csv_text, markdown_table
+from experiments.report import Report, csv_text, markdown_table, text_table
 from experiments.residual_run import GAIN, Push, Trace, pushed
 from experiments.residual_timing import timings
 from robot_model import Robot
@@ -20,6 +21,7 @@ SHOULDERS = ("r_shoulder_3", "l_shoulder_3")
 AMPLITUDE = np.array([6.0, -9.0, 10.0])  # N, in the link's axes
 SHOWN = ("r_knee", "l_knee", "torso_yaw")
 INTERNAL = ("joint", "real", "internal", "classical")
+CANDIDATES = ("body", "entries", "from the push [mm]", "largest torque misfit [N m]")
 KNOWN = ("forces", "by", "median", "largest")
 
 
@@ -28,8 +30,8 @@ def run(robot: Robot, seed: int = 1, runs: int = 400) -> Report:
 
     Args:
         robot: A robot that stands, with shoulders named as iCub's.
-        seed: Of the postures that are timed.
-        runs: How many of them.
+        seed: Of the pushes whose lines are cut, and of the postures that are timed.
+        runs: How many of each.
 
     Raises:
         ValueError: There is no run, or the robot has no such links.
@@ -42,16 +44,19 @@ def run(robot: Robot, seed: int = 1, runs: int = 400) -> Report:
     one, two = pushed(robot, places[:1]), pushed(robot, places)
     inside, known = internal_rows(robot, one), known_rows(one, two)
     times = timings(robot, seed, runs)
+    line, example = summary(robot, seed, runs)
     tables = {
         "Torque of one push, root mean square [N m]": (INTERNAL, inside),
         "Forces at known points, error [N]": (KNOWN, known),
+        "The line of the force cut with the surface": (("figure", "value"), _line_rows(line)),
+        "The candidates of one push": (CANDIDATES, example),
         "Time of one step [us]": (("step", "median", "of the internal's"), times),
     }
     figures = {
         "robot": robot.name, "gain": GAIN,
         "tables": {name: [list(head), *map(list, rows)] for name, (head, rows) in tables.items()},
     }  # fmt: skip
-    text = [line for name, table in tables.items() for line in _lines(name, *table)]
+    text = [line for name, table in tables.items() for line in text_table(name, *table)]
     files = {f"{NAME}.md": _markdown(tables), f"{NAME}.csv": _csv(tables)}
     svg = {f"{NAME}_inside.svg": inside_figure(robot, one), f"{NAME}_force.svg": force_figure(one)}
     return Report(NAME, figures, text, files | svg)
@@ -109,6 +114,17 @@ def _delayed(trace: Trace) -> Array:
     return late
 
 
+def _line_rows(line: Summary) -> list[tuple]:
+    return [
+        ("pushes", line.pushes),
+        ("bodies that a line enters, mean", line.bodies),
+        ("entries, mean", line.entries),
+        ("lines that enter the pushed body at a stored point [%]", 100.0 * line.cut),
+        ("of these, the torques fit the pushed body best [%]", 100.0 * line.first),
+        (f"of these, another body within {ALIKE} N m [%]", 100.0 * line.undecided),
+    ]
+
+
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -142,13 +158,6 @@ def force_figure(trace: Trace) -> str:
     zero = np.zeros(len(error))
     panels.append(Panel("norm of the error [N]", {"real": zero, "external residual": error}))
     return figure_svg("A force at the right shoulder, by eq. (19)", trace.time, panels)
-
-
-def _lines(title: str, header: tuple[str, ...], rows: list[tuple]) -> list[str]:
-    cells = [header, *[tuple(f"{x:.3g}" if isinstance(x, float) else x for x in r) for r in rows]]
-    widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
-    text = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) for row in cells]
-    return [title, *text, ""]
 
 
 def _markdown(tables: dict[str, tuple[tuple[str, ...], list[tuple]]]) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from itertools import product
 from pathlib import Path
 
-from experiments.report import Report, csv_text, markdown_table
+from experiments.report import Report, csv_text, markdown_table, text_table
 from experiments.touch.conditions import (
     METHODS,
     PHYSICS,
@@ -16,7 +16,7 @@ from experiments.touch.conditions import (
 )
 from experiments.touch.jobs import FREE, performed
 from experiments.touch.store import Item, Record, Store
-from experiments.touch.tables import Table, table_text, tables
+from experiments.touch.tables import Table, tables
 from experiments.touch.targets import target_table
 from robot_model import Robot
 
@@ -109,7 +109,7 @@ def report(pushes: Sequence[Record], free: Sequence[Record]) -> Report:
     """Return the report of some results."""
     found = [target_table(pushes, free, method) for method in _methods(pushes)]
     found += tables(pushes, free)
-    text = [line for table in found for line in table_text(table)]
+    text = [line for table in found for line in text_table(*table)]
     listed = [{"title": t.title, "header": t.header, "rows": t.rows} for t in found]
     seeds = sorted({record["seed"] for record in (*pushes, *free)})
     figures = {"seeds": seeds, "pushes": len(pushes), "tables": listed}

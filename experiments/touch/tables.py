@@ -53,17 +53,6 @@ def tables(pushes: Sequence[Record], free: Sequence[Record]) -> list[Table]:
     return found
 
 
-def table_text(table: Table) -> list[str]:
-    """Return a table as lines of aligned columns."""
-    cells = [table.header, *table.rows]
-    widths = [max(len(row[i]) for row in cells) for i in range(len(table.header))]
-    lines = [
-        "  ".join(cell.ljust(w) if i == 0 else cell.rjust(w) for i, (cell, w) in pairs).rstrip()
-        for pairs in (enumerate(zip(row, widths, strict=True)) for row in cells)
-    ]
-    return [table.title, *lines, ""]
-
-
 def _details(condition: str, records: Sequence[Record]) -> list[Table]:
     by = {
         "force [N]": _band,
