@@ -103,9 +103,9 @@ class LimbMonitor:
                 continue
             self._judge(i, value, eta, norm, stamp)
             state, onset = self._states[i], self._onset[i]
-            flags.append(LimbFlag(
-                self.limbs[i], state, probability[i], onset, norm, True, "", value, eta
-            ))
+            flags.append(
+                LimbFlag(self.limbs[i], state, probability[i], onset, norm, True, "", value, eta)
+            )
         return flags
 
     def _judge(self, i: int, value: float, eta: float, force: float, stamp: int) -> None:

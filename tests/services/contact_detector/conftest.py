@@ -14,7 +14,7 @@ from bus.parameters import Parameters
 from bus.testing import eventually, running_hub
 from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot, load_robot, ports
-from robot_model.messages import BaseState, Contacts, Residuals, SensorFrame
+from robot_model.messages import BaseState, ContactPoints, Contacts, Residuals, SensorFrame
 from robot_sim import Plant
 from services.contact_detector.config import ContactDetectorConfig
 from services.contact_detector.service import ContactService
@@ -71,7 +71,7 @@ class Bench:
     """The service, somebody who feeds it, and somebody who listens, in one thread."""
 
     def __init__(self, node: Node, user: Node, robot: Robot):
-        self.node = node
+        self.node, self.robot = node, robot
         self.service = ContactService(node, robot, node.parameters.value)
         self._user = user
         self._pool = ThreadPoolExecutor(1)
@@ -82,6 +82,8 @@ class Bench:
         self._base = user.output(ports.name("base", robot), BaseState)
         self._contacts = self._listen(Contacts, ports.name("contacts", robot))
         self._residuals = self._listen(Residuals, ports.name("residuals", robot), **types)
+        self._points = self._listen(ContactPoints, ports.name("touch_points", robot))
+        self._heard_points: list[Received] = []
         node.ready()
         user.ready()
         eventually(lambda: self._sensors.matched and self._base.matched)
@@ -117,6 +119,21 @@ class Bench:
     def residuals(self, wanted: Wanted = lambda _: True) -> Received:
         """Return the newest residuals for which ``wanted`` holds."""
         return self._await(self._residuals, self._heard_residuals, wanted)
+
+    def points(self, wanted: Wanted = lambda _: True) -> Received:
+        """Return the newest places of touches for which ``wanted`` holds."""
+        return self._await(self._points, self._heard_points, wanted)
+
+    def heard_points(self) -> list[Received]:
+        """Return all places that have been told so far."""
+        while (received := self._points.read()) is not None:
+            self._heard_points.insert(0, received)
+        return self._heard_points
+
+    def restarted(self) -> dict[str, Any]:
+        """Let the service begin anew, as a new process would; return its status."""
+        self.service.rebuild()
+        return self.service.status()
 
     def _await(self, port: Input, heard: list[Received], wanted: Wanted) -> Received:
         """Messages of silence follow soon, so the wanted one need not be the last."""
