@@ -31,6 +31,7 @@ class Recording:
     quiet: Frames
     pushed: Frames
     base: BaseState
+    point: np.ndarray  # (3,) m, in the link's frame
 
 
 @pytest.fixture(scope="session")
@@ -54,7 +55,8 @@ def recording(robot: Robot) -> Recording:
     quiet = record(1600)
     surface = robot.load_surface()
     forearm = [body.name for body in surface.bodies].index("l_forearm")
-    index = int((surface.body == forearm).argmax()) + 100
+    mine = np.flatnonzero(surface.body == forearm)
+    index = int(mine[len(mine) // 3])
     plant.push("l_forearm", surface.points[index], -15.0 * surface.normals[index])
     pushed = record(400)
     truth = plant.truth()
@@ -64,7 +66,7 @@ def recording(robot: Robot) -> Recording:
         twist=truth.base_twist,
         covariance=np.zeros((12, 12)),
     )
-    return Recording(quiet, pushed, base)
+    return Recording(quiet, pushed, base, surface.points[index])
 
 
 class Bench:
