@@ -92,8 +92,8 @@ class ContactDetector:
         self.locator.add(touch, period)
         self._stamp = stamp
         self._refresh(frame, stamp)
-        statistic, force = self._limb_statistic.evaluate(touch)
-        flags = self.monitor.update(statistic, force, stamp, self._reasons)
+        statistic, self.force = self._limb_statistic.evaluate(touch)
+        flags = self.monitor.update(statistic, self.force, stamp, self._reasons)
         self.body = self._judge_body(touch, stamp)
         self.locator.keep(self.touched)
         if self.tared and self._is_calm(statistic):
@@ -245,7 +245,7 @@ class ContactDetector:
         return reasons
 
     def _why_no_body(self, frame: SensorFrame) -> str:
-        """A lost force/torque sensor makes the body less sensitive, a lost motion blinds it."""
+        """A lost force/torque sensor only makes it less sensitive; a lost motion blinds it."""
         robot = self.robot
         names = np.array([robot.imus[0], *robot.joints])
         lost = np.flatnonzero(~np.concatenate((frame.imu_valid[:1], frame.joint_valid)))

@@ -8,7 +8,7 @@ from estimation.contact.localisation import Localisation
 from robot_model import Robot
 
 Array = np.ndarray
-LEAST = 0.5  # probability of a place
+SURE, UNSURE = 0.5, 0.35  # probabilities from and below which a place is told, and no more
 STEP = 0.005  # m; nearer than that the last point stands, so that noise moves nothing
 
 
@@ -20,10 +20,10 @@ class TouchPoint(NamedTuple):
 
 
 class TouchPoints:
-    """The best place of every touched sub-tree, once it is at least as probable as not.
+    """The best place of every touched sub-tree, where it is at least as probable as not.
 
-    Probabilities of one place fall for a moment while a touch moves; a place that was
-    told stands until another is sure or the touch has ended.
+    The link that is told stays so until it is clearly less; nothing is told of a sub-tree
+    that is touched nobody knows where.
     """
 
     def __init__(self, robot: Robot):
@@ -32,19 +32,27 @@ class TouchPoints:
 
     def update(self, touched: list[int], located: Localisation) -> list[TouchPoint]:
         """Return the places to tell now, by the indices of the sub-trees that are touched."""
-        self._told = {i: place for i, place in self._told.items() if i in touched}
         best: dict[int, TouchPoint] = {}
+        seen: set[int] = set()
         for one in located.hypotheses:  # best first
             subtree = self._robot.subtree_of(one.links[0])
-            if one.probability >= LEAST and subtree in touched:
-                best.setdefault(subtree, TouchPoint(one.links[0], one.point))
-        for subtree, place in best.items():
-            if self._moved(self._told.get(subtree), place):
-                self._told[subtree] = place
-        return [self._told[i] for i in sorted(self._told)]
+            if subtree in seen or subtree not in touched:
+                continue
+            seen.add(subtree)
+            if one.probability >= self._least(subtree, one.links[0]):
+                best[subtree] = self._steady(subtree, TouchPoint(one.links[0], one.point))
+        self._told = best
+        return [best[i] for i in sorted(best)]
+
+    def _least(self, subtree: int, link: str) -> float:
+        told = self._told.get(subtree)
+        return UNSURE if told is not None and told.link == link else SURE
+
+    def _steady(self, subtree: int, new: TouchPoint) -> TouchPoint:
+        """The last place, if the new one is hardly another."""
+        old = self._told.get(subtree)
+        return new if old is None or self._moved(old, new) else old
 
     @staticmethod
-    def _moved(old: TouchPoint | None, new: TouchPoint) -> bool:
-        if old is None or old.link != new.link:
-            return True
-        return float(np.linalg.norm(new.point - old.point)) > STEP
+    def _moved(old: TouchPoint, new: TouchPoint) -> bool:
+        return old.link != new.link or float(np.linalg.norm(new.point - old.point)) > STEP

@@ -60,6 +60,13 @@ class TareConfig(_Group):
     largest_bias: float = Field(default=8.0, gt=0.0)  # N
 
 
+class CalibrationConfig(_Group):
+    """What is kept of calibrations."""
+
+    load: bool = True
+    kept: int = Field(default=20, ge=1, le=1000)
+
+
 class ContactDetectorConfig(RobotServiceConfig):
     """Settings of the contact detector; ``config.yaml`` gives reasons."""
 
@@ -74,6 +81,7 @@ class ContactDetectorConfig(RobotServiceConfig):
     noise: NoiseConfig = NoiseConfig()
     levels: LevelConfig = LevelConfig()
     tare: TareConfig = TareConfig()
+    calibration: CalibrationConfig = CalibrationConfig()
     inputs: dict[str, str] = {}
 
     def detector_settings(self) -> DetectorSettings:

@@ -16,6 +16,7 @@ from estimation.offline.log_attitude import upward
 from estimation.residual.residual_bank import ResidualBank
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, ContactPoints, Contacts, Residuals, SensorFrame
+from services.contact_detector.calibrations import Calibrations
 from services.contact_detector.config import ContactDetectorConfig
 from services.contact_detector.map_output import MapOutput
 from services.contact_detector.messages import contacts_message, points_message
@@ -40,7 +41,7 @@ class ContactService:
     def __init__(self, node: Node, robot: Robot, config: ContactDetectorConfig):
         self._node, self._robot, self._config = node, robot, config
         self._open_ports()
-        self._build()
+        self.rebuild()
         self._stamp: int | None = None
         self._next = self._next_location = self._evaluated = 0  # stamps, ns
         self._rhythm, self._found = Rhythm(1.0 / config.rate), False
@@ -50,8 +51,11 @@ class ContactService:
         self._located: Localisation = NOWHERE
         self._places, self._next_places = TouchPoints(robot), 0
         node.verb("tare", self._tare, help="take what the resting robot shows for zero {seconds}")
-        node.verb("calibrate", self._calibrate, help="raise thresholds to a motion {seconds}")
-        node.verb("status", self._status, help="state, tare, thresholds per limb")
+        node.verb("calibrate", self._calibrate, help="learn from a motion untouched {seconds}")
+        node.verb("calibrations", self._listed, help="list stored calibrations")
+        node.verb("use_calibration", self._use, help="put a stored one in force; none {date}")
+        node.verb("forget_calibration", self._forget, help="remove a stored one {date}")
+        node.verb("status", self.status, help="state, tare, thresholds per limb")
         node.parameters.on_change(self._configure)
 
     def _open_ports(self) -> None:
@@ -90,12 +94,16 @@ class ContactService:
     def _source(self, key: str) -> str:
         return self._config.inputs.get(key, ports.name(key, self._robot))
 
-    def _build(self) -> None:
+    def rebuild(self) -> None:
         """Make the mathematics anew, as after a change of the support."""
         config, robot = self._config, self._robot
         self.detector = ContactDetector(robot, config.support, config.detector_settings())
         self._bank = ResidualBank(robot, config.support, config.residual_settings())
         self._taring = Taring(self.detector, self._bank, config.tare)
+        kept = config.calibration
+        if config.lockstep:  # whose runs must repeat, whatever is stored
+            kept = kept.model_copy(update={"load": False})
+        self._calibrations = Calibrations(self.detector, config.support, kept)
 
     def spin(self) -> None:
         """Wait for frames and work off all that came."""
@@ -231,8 +239,21 @@ class ContactService:
     def _tare(self, seconds: float = 1.0) -> Pending:
         return self._taring.request(seconds, self._taring.tare)
 
-    def _calibrate(self, seconds: float = 5.0) -> Pending:
-        return self._taring.request(seconds, self._taring.calibrate)
+    def _calibrate(self, seconds: float = 30.0) -> Pending:
+        """Learn floors and thresholds from a robot that moves and that nothing touches."""
+        if not self.detector.tared:
+            raise RuntimeError(f"the contact detector is not tared: {self._taring.waits}")
+        largest = self._config.tare.largest_bias
+        return self._taring.request(seconds, self._calibrations.finish, largest)
+
+    def _listed(self) -> dict[str, Any]:
+        return self._calibrations.listed()
+
+    def _use(self, date: str) -> dict[str, Any]:
+        return self._calibrations.use(date)
+
+    def _forget(self, date: str) -> dict[str, Any]:
+        return self._calibrations.forget(date)
 
     def _configure(self, old: ContactDetectorConfig, new: ContactDetectorConfig) -> None:
         if new.support not in self._robot.supports:
@@ -240,13 +261,13 @@ class ContactService:
             raise ValueError(f"{self._robot.name} has no support '{new.support}'; it has: {known}")
         self._config = new
         if new.support != old.support or new.noise != old.noise or new.tare != old.tare:
-            self._build()
+            self.rebuild()
             self._restart()
         else:
             self._bank.configure(new.residual_settings())
             self.detector.configure(new.detector_settings())
 
-    def _status(self) -> dict[str, Any]:
+    def status(self) -> dict[str, Any]:
         """Return the state of service, tare and thresholds."""
         monitor = self.detector.monitor
         thresholds = dict(zip(monitor.limbs, monitor.threshold.tolist(), strict=True))
@@ -255,4 +276,6 @@ class ContactService:
             "support": self._config.support,
             "tared": self.detector.tared,
             "thresholds": thresholds,
+            "body_threshold": float(self.detector.body_monitor.threshold[0]),
+            "calibration": self._calibrations.status(),
         }
