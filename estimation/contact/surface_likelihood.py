@@ -15,7 +15,8 @@ Array = np.ndarray
 SHIFT = 0.006  # m, how far a touch may lie from the nearest stored point, one sigma
 DEPTH = 0.002  # m, how well the surface's depth is known, one sigma
 EXTENT = 0.1  # m, how far a touch may lie from where it is found at all, one sigma
-APART = 0.025  # m between two places on a link that are refined each for itself
+APART = 0.025  # m between two places on a link that are refined each for itself,
+TWICE = 6  # on so many links, the best ones
 _HOLDING = np.eye(6, k=3)  # slope of [f, x cross f] by [x, f], where it is constant, and
 _TURNING = np.zeros((6, 6, 6))  # where it follows x or f, to be flattened behind them
 _TURNING[:3, 3:, 3:], _TURNING[3:, 3:, :3] = SKEW, -SKEW
@@ -27,10 +28,6 @@ class _Tried(NamedTuple):
 
     value: list[Array]  # log-likelihood of the points of each link, (P_i,)
     force: list[Array]  # (3, P_i) N, the best at each
-
-    def best(self) -> list[int]:
-        """Index of the best point of each link."""
-        return [int(part.argmax()) for part in self.value]
 
 
 class Refined(NamedTuple):
@@ -86,22 +83,22 @@ class SurfaceLikelihood:
         return _Tried(np.split(value, ends), np.split(force, ends, axis=1))
 
     def _refined(self, links: list[str], tried: _Tried, evidence: BodyEvidence) -> "Refined":
-        """Refine the two best places of every link, and keep the better one.
+        """Refine the best place of every link, of the best links the best two.
 
         A line enters a link more than once, and which stored point lies nearer to it is
         chance.
         """
-        first = tried.best()
-        pairs = list(zip(links, tried.value, first, strict=True))
-        second = [self._elsewhere(link, value, i) for link, value, i in pairs]
-        twice, k = [*links, *links], len(links)
-        point = self._surface.anchors(twice, [*first, *second]).point
-        forces = zip([*tried.force, *tried.force], [*first, *second], strict=True)
-        start = np.hstack((point, np.array([force[:, i] for force, i in forces])))
-        both = BodyEvidence(*(np.concatenate((part, part)) for part in evidence))
-        refined = refine(self._surface, twice, start, both)
-        better = np.arange(k) + k * (refined.value[k:] > refined.value[:k])
-        return Refined(*(part[better] for part in refined))
+        k, first = len(links), [int(part.argmax()) for part in tried.value]
+        again = np.argsort([-part.max() for part in tried.value])[:TWICE]
+        second = [self._elsewhere(links[i], tried.value[i], first[i]) for i in again]
+        owner, index = [*range(k), *again.tolist()], [*first, *second]
+        names = [links[i] for i in owner]
+        forces = [tried.force[i][:, point] for i, point in zip(owner, index, strict=True)]
+        start = np.hstack((self._surface.anchors(names, index).point, forces))
+        refined = refine(self._surface, names, start, BodyEvidence(*(x[owner] for x in evidence)))
+        chosen, other = np.arange(k), k + np.arange(len(again))
+        chosen[again] = np.where(refined.value[other] > refined.value[again], other, again)
+        return Refined(*(part[chosen] for part in refined))
 
     def _elsewhere(self, link: str, value: Array, best: int) -> int:
         """Index of the best point of a link that is not near the best one."""
