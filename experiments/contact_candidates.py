@@ -23,7 +23,7 @@ class Candidate(NamedTuple):
     """A body that the line enters."""
 
     link: str
-    points: Array  # (entries, 3) m in base axes, one of each entry
+    points: Array  # (entries, 3) m on the line, in base axes
     misfit: float  # N m, largest difference of a joint's torque
 
 
@@ -54,7 +54,7 @@ class CandidateFinder:
         found = []
         for link in dict.fromkeys(self._links[near].tolist()):
             mine = near[self._links[near] == link]
-            entries = _entries(self._points[mine], direction)
+            entries = _entries(self._points[mine], start, direction)
             here = self.placements[link].actInv(entries[0])
             misfit = np.abs(self.torque(link, here, force) - real).max()
             found.append(Candidate(link, entries, float(misfit)))
@@ -66,12 +66,11 @@ class CandidateFinder:
         return internal @ force
 
 
-def _entries(points: Array, direction: Array) -> Array:
-    """One point of each group along the line, first come first."""
-    along = points @ direction
-    order = np.argsort(along)
-    first = np.concatenate(([True], np.diff(along[order]) > ENTRY))
-    return points[order[first]]
+def _entries(points: Array, start: Array, direction: Array) -> Array:
+    """Where on the line each group of points begins, first come first, (entries, 3)."""
+    along = np.sort((points - start) @ direction)
+    first = along[np.concatenate(([True], np.diff(along) > ENTRY))]
+    return start + first[:, None] * direction
 
 
 class Summary(NamedTuple):

@@ -85,9 +85,7 @@ class ResidualTruth:
         return {link: data.oMf[model.getFrameId(link)].copy() for link in self._robot.links}
 
 
-def pushed(
-    robot: Robot, pushes: list[Push], settle: float = SETTLE, half: float = HALF
-) -> Trace:
+def pushed(robot: Robot, pushes: list[Push], settle: float = SETTLE, half: float = HALF) -> Trace:
     """Let the robot stand, then push it for a period of the sinusoid, all places in phase.
 
     The trace begins 0.2 s before the push; ``settle`` and ``half`` a period in seconds.

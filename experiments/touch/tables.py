@@ -67,7 +67,22 @@ def _details(condition: str, records: Sequence[Record]) -> list[Table]:
     rows = [_cells(row, tuple(row)) for row in none_reliability(records)]
     header = ("none_probability", "n", "given", "on no listed link")
     found.append(Table(f"{condition}: is it on none of the links listed?", header, rows))
-    return found
+    return [*found, _missed(condition, records)]
+
+
+def _missed(condition: str, records: Sequence[Record]) -> Table:
+    """The pushes of which another link, or none, came first."""
+    header = ("seed/index", "motion", "kind", "force [N]", "link", "taken for", "p", "point [mm]")
+    rows = []
+    for r in records:
+        if r["first"] or r["fell"]:
+            continue
+        named = r["ranking"][0] if r["ranking"] else "nothing"
+        probability = f"{r['probabilities'][0]:.2f}" if r["ranking"] else "-"
+        error = "-" if r["point_error"] is None else f"{1e3 * r['point_error']:.0f}"
+        where = f"{r['seed']}/{r['index']}", r["motion"], r["kind"], f"{r['forces'][0]:.1f}"
+        rows.append((*where, r["links"][0], named, probability, error))
+    return Table(f"{condition}: pushes of which the link was missed", header, rows)
 
 
 def _grouped(title: str, records: Sequence[Record], key: Callable[[Record], str]) -> Table:
