@@ -39,7 +39,8 @@ def test_the_line_enters_several_bodies_and_torques_find_the_pushed_one(robot: R
 def test_torques_do_not_tell_points_of_one_body_apart(robot: Robot) -> None:
     finder = CandidateFinder(robot)
     force = np.array([3.0, -8.0, 4.0])
-    near, far = (finder.torque("chest", shift * force, force) for shift in (0.0, 0.01))
+    along = 0.01 * finder.placements["chest"].rotation.T @ force
+    near, far = (finder.torque("chest", shift * along, force) for shift in (0.0, 1.0))
     np.testing.assert_allclose(near, far, atol=1e-9)
 
 
