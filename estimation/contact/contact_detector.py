@@ -1,7 +1,6 @@
 """Contact detector: flags per limb and places, from sensor frames alone."""
 
 from dataclasses import dataclass, field
-from math import expm1
 
 import numpy as np
 
@@ -10,9 +9,10 @@ from estimation.contact.contact_rows import ContactRows
 from estimation.contact.joint_statistic import JointStatistic
 from estimation.contact.limb_monitor import Levels, LimbFlag, LimbMonitor
 from estimation.contact.limb_statistic import LimbStatistic
-from estimation.contact.localisation import NOWHERE, Hypothesis, Localisation, Localiser
+from estimation.contact.localisation import Localisation
 from estimation.contact.quiet_period import Quiet
 from estimation.contact.row_covariance import RowCovariance, RowNoise
+from estimation.contact.touch_locator import TouchLocator
 from estimation.saturation import faults_by_name
 from robot_model import Robot
 from robot_model.messages import SensorFrame
@@ -33,6 +33,7 @@ class DetectorSettings:
     smoothing: float = 0.06  # time constant of the rows that a touch is located with
     drift_time: float = 20.0  # time constant of the slow tare
     calm: float = 0.5  # fraction of every threshold below which the slow tare runs
+    method: str = "surface"  # how touches are located: surface, line or particle
 
 
 class ContactDetector:
@@ -50,8 +51,9 @@ class ContactDetector:
         self.settings = settings or DetectorSettings()
         self.rows = ContactRows(robot, support)
         self.covariance = RowCovariance(self.rows, self.settings.noise)
-        self._local = RowCovariance(self.rows, self.settings.noise)
-        self._localiser = Localiser(self.rows)
+        self.locator = TouchLocator(
+            self.rows, self.settings.noise, self.settings.smoothing, self.settings.method
+        )
         self._limb_statistic = LimbStatistic(self.rows)
         self._joint_statistic = JointStatistic(self.rows)
         limbs = tuple(subtree.name for subtree in robot.subtrees)
@@ -61,13 +63,14 @@ class ContactDetector:
         self._boundary = np.abs(self.rows.layout.incidence[:, 1:])
         nv = self.rows.layout.model.nv
         self._expected = np.zeros(nv)
-        self._touch, self._smooth = np.zeros(nv), np.zeros(nv)
+        self._touch = np.zeros(nv)
         self.tared = False
         self.reset()
 
     def reset(self) -> None:
         """Forget contacts and filters, as after a jump of the stamps; the tare stays."""
         self._forget_contacts()
+        self.locator.reset()
         self._stamp: int | None = None
         self._covariance_stamp = 0
         self._flags: tuple[object, ...] = ()
@@ -86,13 +89,13 @@ class ContactDetector:
         """
         self._touch = touch = self.rows.update(frame)
         period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
-        blend = 1.0 if self._stamp is None else -expm1(-period / self.settings.smoothing)
-        self._smooth += blend * (touch - self._smooth)
+        self.locator.add(touch, period)
         self._stamp = stamp
         self._refresh(frame, stamp)
         statistic, self.force = self._limb_statistic.evaluate(touch)
         flags = self.monitor.update(statistic, self.force, stamp, self._reasons)
         self.body = self._judge_body(touch, stamp)
+        self.locator.keep(self.touched)
         if self.tared and self._is_calm(statistic):
             self.rows.bias.follow(touch, period / self.settings.drift_time)
         return flags
@@ -107,7 +110,7 @@ class ContactDetector:
         """Take the offsets and thresholds that a quiet period showed."""
         self.rows.bias.tare(quiet.rows, self.rows.removal(), self.rows.removed.active)
         self._expected[:] = quiet.predicted
-        self._smooth[:] = 0.0
+        self.locator.reset()
         self.tared = True
         self._renew()
         self.monitor.learn(self._limb_statistic.of_rows(quiet.spread).max(axis=0))
@@ -160,6 +163,7 @@ class ContactDetector:
     def configure(self, settings: DetectorSettings) -> None:
         """Change times and levels; contacts and the tare stay."""
         self.settings = settings
+        self.locator.configure(settings.smoothing, settings.method)
         self.monitor.configure(settings.levels)
         self.body_monitor.configure(settings.levels)
 
@@ -186,27 +190,12 @@ class ContactDetector:
     def locate(self, frame: SensorFrame) -> Localisation:
         """Locate the touch of every touched limb, at the posture of the last step.
 
-        Each limb is looked at for itself: other touched limbs and those that are not
-        valid are made blind. Probabilities of one limb sum to one with its share of none.
+        Call it at a steady rate while a limb is touched: what is held is known better
+        with time. Probabilities of one limb sum to one with its share of none.
         """
-        found = [self._locate_limb(frame, limb) for limb in self.touched]
-        if not found:
-            return NOWHERE
-        if len(found) == 1:
-            return found[0]
-        hypotheses: list[Hypothesis] = [h for one in found for h in one.hypotheses]
-        hypotheses.sort(key=lambda h: -h.probability)
-        nowhere = float(np.mean([one.none_probability for one in found]))
-        return Localisation(tuple(hypotheses), nowhere)
-
-    def _locate_limb(self, frame: SensorFrame, limb: int) -> Localisation:
-        excluded = set(self.rows.removed.subtrees) | {limb}
-        blind = {i for i in self.touched if i not in excluded}
-        blind |= {i for i, why in enumerate(self._reasons) if why and i not in excluded}
-        removed = self.rows.removing(sorted(blind))
-        touch = self.rows.remove(self._smooth.copy(), removed)
-        self._local.update(frame, removed, self._model_error())
-        return self._localiser.locate(touch, self._local, limb)
+        unjudged = [i for i, why in enumerate(self._reasons) if why]
+        error = self._model_error()
+        return self.locator.locate(frame, self.touched, unjudged, error, self._stamp or 0)
 
     def _model_error(self) -> Array:
         if not self.tared:

@@ -38,6 +38,7 @@ class RowCovariance:
 
     Attributes:
         matrix: (nv, nv) covariance of ``ContactRows.rows``.
+        active: Indices of the rows that still say something.
         variances: (nv,) of the readings alone, before the supports are removed.
     """
 
@@ -53,7 +54,7 @@ class RowCovariance:
         self._motion, self._reading = self._deviations()
         self._diagonal = np.diag_indices(nv)
         self.matrix, self.variances = np.zeros((nv, nv)), np.zeros(nv)
-        self._active = np.arange(nv)
+        self.active = np.arange(nv)
 
     def update(
         self,
@@ -75,14 +76,14 @@ class RowCovariance:
         self.variances = self._variances(frame) + np.square(model_error)
         errors[self._diagonal] += self.variances
         self.matrix = self._without(removed, errors) if removed.subtrees else errors
-        self._active = np.flatnonzero(removed.active)
+        self.active = np.flatnonzero(removed.active)
 
     def whiten(self, vectors: Array) -> Array:
         """Return vectors of rows, (m, nv), in standard deviations, (m, active rows).
 
         Products of whitened vectors are those by the inverse covariance of the active rows.
         """
-        active = self._active
+        active = self.active
         factor, failed = _potrf(self.matrix[np.ix_(active, active)], lower=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance of the rows is not positive definite")
@@ -91,7 +92,7 @@ class RowCovariance:
 
     def information(self) -> Array:
         """Return the inverse covariance, (nv, nv); zero in the rows that are not active."""
-        inside = np.ix_(self._active, self._active)
+        inside = np.ix_(self.active, self.active)
         result = np.zeros_like(self.matrix)
         result[inside] = np.linalg.inv(self.matrix[inside])
         return result

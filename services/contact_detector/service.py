@@ -18,6 +18,7 @@ from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, ContactPoints, Contacts, Residuals, SensorFrame
 from services.contact_detector.calibrations import Calibrations
 from services.contact_detector.config import ContactDetectorConfig
+from services.contact_detector.map_output import MapOutput
 from services.contact_detector.messages import contacts_message, points_message
 from services.contact_detector.taring import Taring
 
@@ -85,6 +86,7 @@ class ContactService:
         self._contacts = node.output(
             ports.name("contacts", robot), Contacts, rate=rate, model=robot.model_hash
         )
+        self._map = MapOutput(node, robot, self._config.locate_rate)
         self._points = node.output(
             ports.name("touch_points", robot), ContactPoints, rate=self._config.locate_rate
         )
@@ -161,6 +163,7 @@ class ContactService:
         self.detector.reset()
         self._bank.reset()
         self._next = self._next_location = self._next_places = 0
+        self._map.restart()
         self._located = NOWHERE
 
     def _look_up(self) -> np.ndarray | None:
@@ -186,6 +189,7 @@ class ContactService:
         if self._residuals.wanted(like.stamp, bank.valid):
             self._residuals.write(bank.message(), like=like, valid=bank.valid, reason=bank.reason)
         reason = self._doubt()
+        self._map.publish(self.detector.locator, like, reason)
         if not self._contacts.wanted(like.stamp, not reason):
             return
         if reason:
@@ -225,6 +229,7 @@ class ContactService:
         silent = self._bank.silent_message()
         self._residuals.write(silent, like=like, valid=False, reason=reason)
         self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
+        self._map.complain(like, reason)
 
     def _nothing(self, reason: str) -> Contacts:
         limbs = self.detector.monitor.limbs

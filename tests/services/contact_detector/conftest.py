@@ -14,7 +14,14 @@ from bus.parameters import Parameters
 from bus.testing import eventually, running_hub
 from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot, load_robot, ports
-from robot_model.messages import BaseState, ContactPoints, Contacts, Residuals, SensorFrame
+from robot_model.messages import (
+    BaseState,
+    ContactMap,
+    ContactPoints,
+    Contacts,
+    Residuals,
+    SensorFrame,
+)
 from robot_sim import Plant
 from services.contact_detector.config import ContactDetectorConfig
 from services.contact_detector.service import ContactService
@@ -79,6 +86,7 @@ class Bench:
         self._pool = ThreadPoolExecutor(1)
         self._heard_contacts: list[Received] = []
         self._heard_residuals: list[Received] = []
+        self._heard_maps: list[Received] = []
         types: dict[str, Any] = {"model": robot.model_hash, "dimensions": robot.dimensions}
         self._sensors = user.output(ports.name("sensors", robot), SensorFrame, **types)
         self._base = user.output(ports.name("base", robot), BaseState)
@@ -121,6 +129,21 @@ class Bench:
     def residuals(self, wanted: Wanted = lambda _: True) -> Received:
         """Return the newest residuals for which ``wanted`` holds."""
         return self._await(self._residuals, self._heard_residuals, wanted)
+
+    def read_maps(self, robot: Robot) -> None:
+        """Begin to listen to the map of the touches."""
+        name = ports.name("contact_map", robot)
+        self._maps = self._listen(ContactMap, name)
+        eventually(lambda: self._user.directory.leader(name))
+        eventually(lambda: self._is_heard("contact_map", robot))
+
+    def maps(self, wanted: Wanted = lambda _: True) -> Received:
+        """Return the newest map for which ``wanted`` holds."""
+        return self._await(self._maps, self._heard_maps, wanted)
+
+    def written(self, key: str, robot: Robot) -> int:
+        """Return how many messages the service has written on a port."""
+        return port_info(self.node, ports.name(key, robot))["statistics"]["written"]
 
     def points(self, wanted: Wanted = lambda _: True) -> Received:
         """Return the newest places of touches for which ``wanted`` holds."""
