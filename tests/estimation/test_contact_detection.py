@@ -11,6 +11,7 @@ from estimation.contact.contact_calibration import likeliest_variances
 from estimation.contact.contact_detector import ContactDetector, DetectorSettings
 from estimation.contact.quiet_period import Quiet, QuietPeriod
 from estimation.contact.row_covariance import RowNoise
+from estimation.contact.support_watch import SupportWatch
 from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot, load_robot
 from robot_model.messages import SensorFrame
@@ -203,6 +204,40 @@ def test_the_joint_statistic_is_the_largest_gain_of_a_wrench_on_any_body(
     expected = np.sqrt(body_evidence(*args).gain.max())
     assert detector.body.statistic == pytest.approx(expected, rel=1e-6)
     assert detector.body.force == pytest.approx(10.0, abs=0.3)
+
+
+def test_a_push_that_lifts_the_heels_is_one_touch_and_the_rocking_after_it_none(
+    robot: Robot, still: tuple[Frames, Frames]
+) -> None:
+    recorder = Recorder(robot)
+    detector = tared(robot, recorder.record(0.4))
+    push = {"point": np.zeros(3), "force": np.array([26.0, 0.0, 0.0]), "frame": "world"}
+    recorder.plant.push("chest", profile="ramp", duration=1.0, **push)
+    raised, reasons = set(), set()
+    for stamp, frame in recorder.record(1.0):
+        flags = detector.step(frame, stamp)
+        raised |= {flag.limb for flag in (*flags, detector.body) if flag.state != "none"}
+        reasons |= {flag.reason for flag in flags if "foot" in flag.limb}
+    assert raised == {"root", "body"}
+    assert any("stands on the edge of its sole" in reason for reason in reasons)
+    watch(detector, recorder.record(0.3))
+    assert watch(detector, recorder.record(1.5)) == set()
+
+
+def test_a_support_says_when_it_is_unsteady(robot: Robot, still: tuple[Frames, Frames]) -> None:
+    stamp, frame = still[0][-1]
+    supports, valid = SupportWatch(robot, robot.supports["floor"]), np.ones(6, dtype=bool)
+    left = robot.subtree_of("l_sole")
+    assert supports.look(frame.ft, valid, stamp) == {}
+    ft = frame.ft.copy()
+    ft[4] *= 1.2  # 32 N more within 20 ms
+    reasons = supports.look(ft, valid, stamp + 20_000_000)
+    assert set(reasons) == {left} and "fast" in reasons[left]
+    assert not supports.is_steady(stamp + 100_000_000)
+    assert supports.look(ft, valid, stamp + 40_000_000) == {}
+    assert supports.is_steady(stamp + 600_000_000)
+    assert "hardly loaded" in supports.look(0.01 * ft, valid, stamp + 9_000_000_000)[left]
+    assert supports.look(0.01 * ft, valid & False, stamp + 9_100_000_000) == {}
 
 
 def blend(rest: SensorFrame, pushed: SensorFrame, share: float) -> SensorFrame:
