@@ -12,6 +12,7 @@ from estimation.contact.limb_statistic import LimbStatistic
 from estimation.contact.localisation import Localisation
 from estimation.contact.quiet_period import Quiet
 from estimation.contact.row_covariance import RowCovariance, RowNoise
+from estimation.contact.support_watch import SupportWatch
 from estimation.contact.touch_locator import TouchLocator
 from estimation.saturation import faults_by_name
 from robot_model import Robot
@@ -54,6 +55,7 @@ class ContactDetector:
         self.locator = TouchLocator(
             self.rows, self.settings.noise, self.settings.smoothing, self.settings.method
         )
+        self._supports = SupportWatch(robot, robot.supports[support])
         self._limb_statistic = LimbStatistic(self.rows)
         self._joint_statistic = JointStatistic(self.rows)
         limbs = tuple(subtree.name for subtree in robot.subtrees)
@@ -71,6 +73,7 @@ class ContactDetector:
         """Forget contacts and filters, as after a jump of the stamps; the tare stays."""
         self._forget_contacts()
         self.locator.reset()
+        self._supports.reset()
         self._stamp: int | None = None
         self._covariance_stamp = 0
         self._flags: tuple[object, ...] = ()
@@ -78,6 +81,7 @@ class ContactDetector:
     def set_support(self, support: str) -> None:
         """Change the kind of support; the tare is lost with it."""
         self.rows.set_support(support)
+        self._supports = SupportWatch(self.robot, self.robot.supports[support])
         self.tared = False
         self.rows.bias.reset()
         self.reset()
@@ -218,9 +222,18 @@ class ContactDetector:
         if changed:
             self._reasons = self._limb_reasons(frame)
             self._body_reason = self._why_no_body(frame)
-            self._judged = np.flatnonzero([not reason for reason in self._reasons])
+            blind = set(self.rows.removed.subtrees)
+            judged = [not why and i not in blind for i, why in enumerate(self._reasons)]
+            self._judged = np.flatnonzero(judged)
         self._frame = frame
+        self._look_at_supports(frame, stamp)
         self._renew()
+
+    def _look_at_supports(self, frame: SensorFrame, stamp: int) -> None:
+        unsteady = self._supports.look(frame.ft, frame.ft_valid, stamp)
+        for i in self.rows.removed.subtrees:
+            why = unsteady.get(i)
+            self._reasons[i] = f"bears a support and {why}" if why else "bears a support"
 
     def _renew(self) -> None:
         """Compute what belongs to posture, validity, tare and calibration."""
@@ -239,10 +252,7 @@ class ContactDetector:
         needed = np.hstack((imu, layout.needs, self._boundary > 0.0)) & lost
         why = faults_by_name(frame.faults)
         first = [str(names[row.argmax()]) if row.any() else "" for row in needed]
-        reasons = [f"{name} is {why.get(name, 'invalid')}" if name else "" for name in first]
-        for i in self.rows.removed.subtrees:
-            reasons[i] = "bears a support"
-        return reasons
+        return [f"{name} is {why.get(name, 'invalid')}" if name else "" for name in first]
 
     def _why_no_body(self, frame: SensorFrame) -> str:
         """A lost force/torque sensor only makes it less sensitive; a lost motion blinds it."""
@@ -255,8 +265,9 @@ class ContactDetector:
         return f"{name} is {faults_by_name(frame.faults).get(name, 'invalid')}"
 
     def _is_calm(self, statistic: Array) -> bool:
-        """Whether nothing comes near its threshold, so that the tare may follow drift."""
-        if self.touched or not len(self._judged):
+        """Whether nothing is near its threshold and the feet stand well, so that drift is drift."""
+        assert self._stamp is not None
+        if self.touched or not len(self._judged) or not self._supports.is_steady(self._stamp):
             return False
         calm = statistic < self.settings.calm * self.monitor.threshold
         return bool(calm[self._judged].all())

@@ -230,6 +230,8 @@ class ContactService:
         self._residuals.write(silent, like=like, valid=False, reason=reason)
         self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
         self._map.complain(like, reason)
+        if self._config.tell_points:
+            self._points.write(points_message([]), like=like, valid=False, reason=reason)
 
     def _nothing(self, reason: str) -> Contacts:
         limbs = self.detector.monitor.limbs
