@@ -82,10 +82,10 @@ class ContactDetector:
         raw = self.rows.update(frame)
         touch = np.subtract(raw, self._offset, out=self._touch)
         period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
-        self.locator.add(touch, period)
         self._stamp = stamp
         self.wrenches = wrenches = self.rows.wrenches(touch)
         self._refresh(frame, stamp)
+        self.locator.add(touch, period, self._information)
         statistic = np.sqrt(np.vecdot(wrenches, np.matvec(self._information, wrenches)))
         force = np.sqrt(np.vecdot(wrenches[:, :3], wrenches[:, :3]))
         flags = self.monitor.update(statistic, force, stamp, self._reasons)

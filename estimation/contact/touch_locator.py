@@ -15,6 +15,7 @@ from estimation.contact.touch_map import TouchMap, touch_map
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
+SUDDEN = 2.0  # standard deviations of a limb's wrench from the smooth one: it changes
 
 
 class TouchLocator:
@@ -58,10 +59,25 @@ class TouchLocator:
             del self.fits[limb], self._filters[limb]
             self._localiser.method.forget(limb)
 
-    def add(self, touch: Array, period: float) -> None:
-        """Take tared rows (nv,), ``period`` seconds after the last ones."""
+    def add(self, touch: Array, period: float, information: Array | None = None) -> None:
+        """Take tared rows, ``period`` seconds after the last ones.
+
+        A wrench that changes suddenly, as in a tap, is smoothed less: the smooth rows stay
+        near it.
+
+        Args:
+            touch: (nv,) rows.
+            period: s.
+            information: Inverse covariance of the wrench of each sub-tree, (s, 6, 6);
+                without it every change is smoothed alike.
+        """
         blend = 1.0 if self._fresh else -expm1(-period / self.smoothing)
-        self._smooth += blend * (touch - self._smooth)
+        change = touch - self._smooth
+        if information is not None:
+            wrenches = self._rows.wrenches(change)
+            largest = np.vecdot(wrenches, np.matvec(information, wrenches)).max()
+            blend = max(blend, 1.0 - SUDDEN**2 / max(float(largest), SUDDEN**2))
+        self._smooth += blend * change
         self._fresh = False
 
     def locate(
