@@ -85,14 +85,19 @@ class ContactDetector:
         self._stamp = stamp
         self.wrenches = wrenches = self.rows.wrenches(touch)
         self._refresh(frame, stamp)
-        self.locator.add(touch, period, self._information)
-        statistic = np.sqrt(np.vecdot(wrenches, np.matvec(self._information, wrenches)))
+        self.locator.add(touch, period, self._statistic)
+        statistic = self._statistic(touch)
         force = np.sqrt(np.vecdot(wrenches[:, :3], wrenches[:, :3]))
         flags = self.monitor.update(statistic, force, stamp, self._reasons)
         self.locator.keep(self.touched)
         if self.tared and not self.touched:
             self._follow_drift(statistic, period)
         return flags
+
+    def _statistic(self, touch: Array) -> Array:
+        """Norm of each sub-tree's wrench in standard deviations, (s,)."""
+        wrenches = self.rows.wrenches(touch)
+        return np.sqrt(np.vecdot(wrenches, np.matvec(self._information, wrenches)))
 
     def tare(self, quiet: Quiet) -> None:
         """Take the offsets and thresholds that a quiet period showed."""

@@ -1,6 +1,6 @@
 """Where each touched limb is touched, as long as it is touched."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import expm1
 
 import numpy as np
@@ -15,6 +15,7 @@ from estimation.contact.touch_map import TouchMap, touch_map
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
+Statistic = Callable[[Array], Array]
 SUDDEN = 2.0  # standard deviations of a limb's wrench from the smooth one: it changes
 
 
@@ -59,7 +60,7 @@ class TouchLocator:
             del self.fits[limb], self._filters[limb]
             self._localiser.method.forget(limb)
 
-    def add(self, touch: Array, period: float, information: Array | None = None) -> None:
+    def add(self, touch: Array, period: float, statistic: Statistic | None = None) -> None:
         """Take tared rows, ``period`` seconds after the last ones.
 
         A wrench that changes suddenly, as in a tap, is smoothed less: the smooth rows stay
@@ -68,15 +69,14 @@ class TouchLocator:
         Args:
             touch: (nv,) rows.
             period: s.
-            information: Inverse covariance of the wrench of each sub-tree, (s, 6, 6);
-                without it every change is smoothed alike.
+            statistic: Tells how many standard deviations the wrench of each sub-tree is
+                away from nothing, (s,) from (nv,); without it all changes are smoothed alike.
         """
         blend = 1.0 if self._fresh else -expm1(-period / self.smoothing)
         change = touch - self._smooth
-        if information is not None:
-            wrenches = self._rows.wrenches(change)
-            largest = np.vecdot(wrenches, np.matvec(information, wrenches)).max()
-            blend = max(blend, 1.0 - SUDDEN**2 / max(float(largest), SUDDEN**2))
+        if statistic is not None:
+            largest = max(float(statistic(change).max()), SUDDEN)
+            blend = max(blend, 1.0 - (SUDDEN / largest) ** 2)
         self._smooth += blend * change
         self._fresh = False
 

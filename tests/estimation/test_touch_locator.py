@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimation.contact.row_covariance import RowNoise
-from estimation.contact.touch_locator import TouchLocator
+from estimation.contact.touch_locator import Statistic, TouchLocator
 from robot_model import load_robot
 from tests.estimation.touched_rows import TouchedRows
 
@@ -22,33 +22,39 @@ def locator(touched: TouchedRows) -> TouchLocator:
 
 
 @pytest.fixture(scope="module")
-def information(touched: TouchedRows) -> np.ndarray:
+def statistic(touched: TouchedRows) -> Statistic:
     matrices = touched.covariance.of_wrenches()
     matrices[touched.rows.removed.subtrees] = np.eye(6)
-    return np.linalg.inv(matrices)
+    information = np.linalg.inv(matrices)
+
+    def norm(rows: np.ndarray) -> np.ndarray:
+        wrenches = touched.rows.wrenches(rows)
+        return np.sqrt(np.vecdot(wrenches, np.matvec(information, wrenches)))
+
+    return norm
 
 
 def test_a_sudden_push_has_its_force_after_a_few_samples(
-    touched: TouchedRows, locator: TouchLocator, information: np.ndarray
+    touched: TouchedRows, locator: TouchLocator, statistic: Statistic
 ) -> None:
     index = int(touched.points_of("l_forearm")[40])
     limb = touched.robot.subtree_of("l_forearm")
-    locator.add(np.zeros(touched.rows.layout.model.nv), PERIOD, information)
+    locator.add(np.zeros(touched.rows.layout.model.nv), PERIOD, statistic)
     for _ in range(5):
-        locator.add(touched.push(index, 15.0), PERIOD, information)
+        locator.add(touched.push(index, 15.0), PERIOD, statistic)
     best = locator.locate(touched.frame, [limb], [], 0.0, 0).hypotheses[0]
     assert np.linalg.norm(best.force) == pytest.approx(15.0, abs=0.5)
 
 
 def test_noise_is_smoothed_although_sudden_changes_are_followed(
-    touched: TouchedRows, locator: TouchLocator, information: np.ndarray
+    touched: TouchedRows, locator: TouchLocator, statistic: Statistic
 ) -> None:
     index = int(touched.points_of("l_forearm")[40])
     limb, push = touched.robot.subtree_of("l_forearm"), touched.push(index, 15.0)
     smooth, rough = [], []
     for step in range(120):
         rows = push + touched.noise(0.3)  # white noise is a part of what is expected
-        locator.add(rows, PERIOD, information)
+        locator.add(rows, PERIOD, statistic)
         if step >= 60 and step % 2:
             seen = locator.locate(touched.frame, [limb], [], 0.0, 0).hypotheses[0]
             smooth.append(np.linalg.norm(seen.force))
