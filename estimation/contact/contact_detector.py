@@ -93,9 +93,9 @@ class ContactDetector:
         """
         self._touch = touch = self.rows.update(frame)
         period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
-        self.locator.add(touch, period)
         self._stamp = stamp
         self._refresh(frame, stamp)
+        self.locator.add(touch, period, self._statistic)
         statistic, self.force = self._limb_statistic.evaluate(touch)
         flags = self.monitor.update(statistic, self.force, stamp, self._reasons)
         self.body = self._judge_body(touch, stamp)
@@ -103,6 +103,10 @@ class ContactDetector:
         if self.tared and self._is_calm(statistic):
             self.rows.bias.follow(touch, period / self.settings.drift_time)
         return flags
+
+    def _statistic(self, touch: Array) -> Array:
+        """Norm of each sub-tree's wrench in standard deviations, (s,)."""
+        return self._limb_statistic.evaluate(touch)[0]
 
     def _judge_body(self, touch: Array, stamp: int) -> LimbFlag:
         found = self._joint_statistic.evaluate(touch)

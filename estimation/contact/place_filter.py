@@ -8,7 +8,7 @@ from estimation.contact.link_fits import LinkFits
 
 Array = np.ndarray
 MEMORY = 0.15  # s, time constant with which old looks are forgotten
-LOOKS = 2.0  # independent looks that a long hold is worth: model errors do not average out
+LOOKS = 1.4  # looks that a long hold is worth: errors of the model do not average out
 WORST = 10.0  # log-likelihood of one look that a link can at most fall behind
 SLIDING = 4.0  # square distance from the mean, in scatter from look to look, beyond noise
 JUMP = 0.03  # m, beyond which the touch is elsewhere on the link,
