@@ -55,7 +55,7 @@ class Target:
 
 
 IDEAL = Sensors("ideal", "exact_masses")
-COARSE = Sensors("realistic_12bit")
+COARSE = Sensors("realistic_12bit", "coarse")
 TARGETS = (
     Target("detected from 10 N on", "detected", 99, 100, least=STRONG),
     Target("delay from 10 N on, median", "delay", 15, 6, "ms", least=STRONG),
