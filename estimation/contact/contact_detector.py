@@ -133,7 +133,7 @@ class ContactDetector:
         for share in SHARES:
             self.rows.floor[:] = share * (variances - least)
             self._renew()
-            limbs = self._limb_statistic.of_rows(motion.touches).max(axis=0)
+            limbs = np.array(self._limb_statistic.of_rows(motion.touches).max(axis=0))
             body = float(self._joint_statistic.of_rows(motion.touches).max())
             limbs[self.rows.removed.subtrees] = 0.0
             highest = self.settings.levels.margin * max(body, limbs.max())
