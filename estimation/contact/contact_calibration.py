@@ -38,8 +38,8 @@ def likeliest_variances(moment: Array, fixed: Array, removal: Array, least: Arra
     variances = least.copy()
     for _ in range(ROUNDS):
         seen = np.linalg.solve(fixed + (removal * variances) @ removal.T, removal)
-        expected = np.vecdot(seen, removal, axis=0)
-        found = np.vecdot(seen, moment @ seen, axis=0)
+        expected = (seen * removal).sum(axis=0)
+        found = (seen * (moment @ seen)).sum(axis=0)
         ratio = np.divide(found, expected, out=np.zeros_like(found), where=expected > 0.0)
         variances = np.maximum(least, variances * np.sqrt(ratio))
     return variances

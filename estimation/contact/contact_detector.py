@@ -137,7 +137,7 @@ class ContactDetector:
         for share in SHARES:
             self.rows.floor[:] = share * (variances - least)
             self._renew()
-            limbs = self._limb_statistic.of_rows(motion.touches).max(axis=0)
+            limbs: Array = np.array(self._limb_statistic.of_rows(motion.touches).max(axis=0))
             body = float(self._joint_statistic.of_rows(motion.touches).max())
             limbs[self.rows.removed.subtrees] = 0.0
             highest = self.settings.levels.margin * max(body, limbs.max())
@@ -145,7 +145,7 @@ class ContactDetector:
                 break
         margin = self.settings.levels.margin
         floor, size = self.rows.floor.copy(), len(motion.touches)
-        self.use(ContactCalibration(floor, margin * limbs, margin * body, size))
+        self.use(ContactCalibration(floor, np.multiply(limbs, margin), margin * body, size))
         assert self.calibration is not None
         return self.calibration
 
