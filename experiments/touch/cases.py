@@ -9,6 +9,8 @@ from experiments.touch.pushes import PushGenerator, TouchPush
 from robot_model import Robot
 from robot_sim.motions import Motion
 
+TRIES = 200  # until a second push falls on another link of a sub-tree
+
 
 @dataclass(frozen=True, eq=False)
 class Case:
@@ -46,9 +48,9 @@ def pushed_case(
     if contacts == "apart":
         other = int(random.choice([i for i in subtrees if i != chosen]))
         pushes.append(generator.draw(random, other, base))
-    while contacts == "together" and len(pushes) < 2:
-        other = generator.draw(random, chosen, base)
-        pushes += [other] if other.link != first.link else []
+    if contacts == "together":
+        others = (generator.draw(random, chosen, base) for _ in range(TRIES))
+        pushes += [next(other for other in others if other.link != first.link)]
     if contacts != "one":  # so that both are there at one time
         pushes = [_like(push, first) for push in pushes]
     return Case(seed, index, kind, motion, wait, tuple(pushes))
