@@ -9,12 +9,12 @@ from time import perf_counter_ns
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from benchmarks.idyntree_observer import IdyntreeObserver
 from estimation.contact.contact_detector import ContactDetector
 from estimation.residual.residuals import FloatingResiduals
 from estimation.torque_observer import TorqueObserver
+from experiments.residual_timing import newton_euler_momentum
 from robot_model import Robot, load_robot
 from robot_model.messages import SensorFrame
 
@@ -61,18 +61,8 @@ def _residual_step(robot: Robot) -> Callable[[SensorFrame], Any]:
 
 def _papers_way(robot: Robot) -> Callable[[SensorFrame], Any]:
     """Columns of C from differences of Newton-Euler passes, as R section II-B says."""
-    model = pin.Model(robot.tree.model)
-    data = model.createData()
-
-    def step(frame: SensorFrame) -> np.ndarray:
-        q, v = robot.tree.configuration(frame.q), robot.tree.velocity(frame.dq)
-        zero, units = np.zeros(model.nv), np.eye(model.nv)
-        gravity = pin.rnea(model, data, q, zero, zero).copy()
-        mass = np.array([pin.rnea(model, data, q, zero, unit) - gravity for unit in units])
-        both = [pin.rnea(model, data, q, v + unit, zero).copy() for unit in units]
-        return mass @ v + np.array(both) @ v
-
-    return step
+    terms = newton_euler_momentum(robot.tree.model)
+    return lambda frame: terms(robot.tree.configuration(frame.q), robot.tree.velocity(frame.dq))
 
 
 def _detection_step(robot: Robot) -> Callable[[SensorFrame], Any]:

@@ -3,6 +3,7 @@
 import typer
 
 from deploy.verbs import (
+    calibrate,
     check,
     clock,
     estimate,
@@ -74,6 +75,7 @@ add(rpc.rpc, "rpc", "rpc /torque_observer/rpc:i param action=list")
 add(clock.clock, "clock", "clock step --ticks 10")
 add(robot.push, "push", "push l_forearm --force 0,0,-15 --frame world --duration 1")
 add(robot.tare, "tare", "tare --seconds 1")
+add(calibrate.calibrate, "calibrate", "calibrate contacts --seconds 30 --motion reference")
 add(robot.stop, "stop", "stop --release")
 add(graph.graph, "graph", "graph --robot icub --contact l_forearm -o graph.svg")
 add(estimate.estimate, "estimate", "estimate --robot icub walk.mcap -o walk.npz --tare 1")

@@ -50,6 +50,16 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
 
 
+def text_table(title: str, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> list[str]:
+    """Return a table as lines of aligned columns; numbers with three digits."""
+    cells = [[f"{x:.3g}" if isinstance(x, float) else str(x) for x in row] for row in rows]
+    columns = list(zip(header, *cells, strict=True))
+    widths = [max(map(len, column)) for column in columns]
+    first, *others = ([cell.ljust(w) for cell in c] for c, w in zip(columns, widths, strict=True))
+    right = [[cell.strip().rjust(w) for cell in c] for c, w in zip(others, widths[1:], strict=True)]
+    return [title, *("  ".join(row).rstrip() for row in zip(first, *right, strict=True)), ""]
+
+
 def _finite(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _finite(entry) for key, entry in value.items()}

@@ -14,7 +14,7 @@ from robot_sim.contact import Floor, SoleContacts, placement, stands_on
 from robot_sim.friction import JointFriction
 from robot_sim.motions import Motion
 from robot_sim.noise import Noise, load_profile
-from robot_sim.pushes import Pushes
+from robot_sim.pushes import RISE, Pushes, PushShape
 from robot_sim.raw_frame import all_valid, raw_frame
 from robot_sim.sensors import ExactSensors, Readings
 from robot_sim.standing import standing_base
@@ -117,6 +117,7 @@ class Plant:
         frame: str = "link",
         profile: str = "hold",
         duration: float | None = None,
+        rise: float = RISE,
     ) -> int:
         """Push a link from the next step on, and return the push's id.
 
@@ -125,15 +126,17 @@ class Plant:
             point: Where, (3,) [m] in the link's frame.
             force: Largest force (3,) [N], on the robot.
             frame: Axes of the force, ``link`` or ``world``.
-            profile: ``hold``, ``ramp`` (rises over 0.5 s) or ``half_sine``.
+            profile: ``hold``, ``ramp`` or ``half_sine``.
             duration: [s]; None lasts until ``release`` (not for half_sine).
+            rise: Of a ramp [s], half the duration at most.
 
         Raises:
             LookupError: unknown link; the text proposes a near one.
             ValueError: any other argument is wrong.
         """
         start = (self.time + TICK) * 1e-9
-        return self._pushes.add(link, point, force, frame, profile, duration, start)
+        shape = PushShape(profile, np.inf if duration is None else float(duration), rise)
+        return self._pushes.add(link, point, force, frame, shape, start)
 
     def release(self, push_id: int | None = None) -> list[int]:
         """End a push, or all of them; returns the ids that ended."""

@@ -15,6 +15,46 @@ PROFILES: tuple[Profile, ...] = ("hold", "ramp", "half_sine")
 RISE = 0.5  # s, longest rise of a ramp
 
 
+@dataclass(frozen=True)
+class PushShape:
+    """How a push rises and falls.
+
+    ``hold`` acts at full force; ``ramp`` rises over ``rise`` (half the duration when that
+    is shorter) and then holds; ``half_sine`` rises and falls within the duration. The
+    first two may last until they are released.
+
+    Raises:
+        ValueError: unknown profile, or a time that makes no sense.
+    """
+
+    profile: str = "hold"  # one of PROFILES
+    duration: float = np.inf  # s, infinite until released
+    rise: float = RISE  # s, of a ramp
+
+    def __post_init__(self):
+        if self.profile not in PROFILES:
+            known = ", ".join(PROFILES)
+            raise ValueError(f"profile must be one of {known}, got {self.profile!r}")
+        endless = self.profile == "half_sine" and self.duration == np.inf
+        if not self.duration > 0.0 or endless:
+            raise ValueError(
+                f"a {self.profile} push needs a positive duration [s], got {self.duration}"
+            )
+        if not 0.0 < self.rise < np.inf:
+            raise ValueError(f"a ramp needs a positive rise [s], got {self.rise}")
+
+    def amplitude(self, elapsed: float) -> float:
+        """Return the factor on the force, 0 to 1, some seconds after the start."""
+        if self.profile == "half_sine":
+            return float(np.sin(np.pi * elapsed / self.duration))
+        if self.profile == "ramp":
+            return min(1.0, elapsed / min(self.rise, self.duration / 2))
+        return 1.0
+
+    def ended(self, elapsed: float) -> bool:
+        return elapsed >= self.duration
+
+
 @dataclass(frozen=True, eq=False)
 class Push:
     """One push; ``point`` in the link frame [m], ``force`` in ``frame`` [N]."""
@@ -24,8 +64,7 @@ class Push:
     point: Array
     force: Array
     frame: Literal["link", "world"]
-    profile: Profile
-    duration: float  # s, infinite until released
+    shape: PushShape
     start: float  # s
     joint: int  # that carries the link in the whole tree
     joint_M_link: pin.SE3
@@ -33,26 +72,9 @@ class Push:
     joint_cut: int  # the same in the tree cut at the F/T sensors
     wrench_map_cut: Array  # (6, 3), force in the whole tree's joint axes
 
-    def amplitude(self, time: float) -> float:
-        """Return the factor on the force, 0 to 1, at a time [s]."""
-        elapsed = time - self.start
-        if self.profile == "half_sine":
-            return float(np.sin(np.pi * elapsed / self.duration))
-        if self.profile == "ramp":
-            return min(1.0, elapsed / min(RISE, self.duration / 2))
-        return 1.0
-
-    def ended(self, time: float) -> bool:
-        return time - self.start >= self.duration
-
 
 class Pushes:
-    """The pushes that act now.
-
-    ``hold`` acts at full force; ``ramp`` rises over 0.5 s (half the duration when that
-    is shorter) and then holds; ``half_sine`` rises and falls within the duration. The
-    first two without a duration last until released.
-    """
+    """The pushes that act now."""
 
     def __init__(self, robot: Robot, data: pin.Data, cut):
         self._robot = robot
@@ -73,25 +95,19 @@ class Pushes:
         point: Array,
         force: Array,
         frame: str,
-        profile: str,
-        duration: float | None,
+        shape: PushShape,
         start: float,
     ) -> int:
         """Add a push and return its id. Errors are those of ``Plant.push``."""
         self._robot.require_link(link)
         if frame not in ("link", "world"):
             raise ValueError(f"frame must be 'link' or 'world', got {frame!r}")
-        if profile not in PROFILES:
-            raise ValueError(f"profile must be one of {', '.join(PROFILES)}, got {profile!r}")
-        duration = np.inf if duration is None else float(duration)
-        if not duration > 0.0 or (profile == "half_sine" and duration == np.inf):
-            raise ValueError(f"a {profile} push needs a positive duration [s], got {duration}")
         point, force = _vector3("point", point), _vector3("force", force)
         whole = placement(self._robot.tree.model, self._robot.tree.frame_id(link))
         part = placement(self._cut.model, self._cut.frame_id(link))
         turn = part.joint_M_frame.rotation @ whole.joint_M_frame.rotation.T
         push = Push(
-            self._next, link, point, force, frame, profile, duration, start,
+            self._next, link, point, force, frame, shape, start,
             whole.joint, whole.joint_M_frame, _wrench_map(whole.joint_M_frame.act(point)),
             part.joint, _wrench_map(part.joint_M_frame.act(point)) @ turn,
         )  # fmt: skip
@@ -114,7 +130,7 @@ class Pushes:
 
     def evaluate(self, time: float) -> None:
         """Find the forces that act at a time [s], from the placements in ``data``."""
-        self.active = [push for push in self.active if not push.ended(time)]
+        self.active = [push for push in self.active if not push.shape.ended(time - push.start)]
         self.acting = [(push, self._joint_force(push, time)) for push in self.active]
 
     def _joint_force(self, push: Push, time: float) -> Array:
@@ -122,7 +138,7 @@ class Pushes:
             force = push.joint_M_link.rotation @ push.force
         else:
             force = self._data.oMi[push.joint].rotation.T @ push.force
-        return push.amplitude(time) * force
+        return push.shape.amplitude(time - push.start) * force
 
     def truth(self) -> list[dict[str, Any]]:
         """Return the pushes as GroundTruth carries them."""

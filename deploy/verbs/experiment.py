@@ -1,15 +1,19 @@
 """``wrenchbus experiment``: an experiment of the papers, in simulation and without a bus."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from deploy.errors import CommandError, UsageError
 from deploy.output import print_json, print_line
+from deploy.progress import bar
+from deploy.terminal import clear, draw
 
 if TYPE_CHECKING:
     from experiments.report import Report
+
+Names = list[str] | None
 
 
 def experiment(
@@ -17,19 +21,39 @@ def experiment(
         str,
         typer.Argument(
             metavar="NAME",
-            help="coverage, external_wrench, ft_prediction, kinematic_sources or touch.",
+            help="coverage, external_wrench, ft_prediction, kinematic_sources, residuals or touch.",
         ),
     ],
     robot: Annotated[str, typer.Option(help="Robot name, or its description file.")] = "icub",
     seed: Annotated[int, typer.Option(min=0, help="Equal seeds give equal results.")] = 1,
     runs: Annotated[
-        int | None, typer.Option(min=1, help="How many runs, or pushes; default: its own.")
+        int | None, typer.Option(min=0, help="How many runs, or pushes; default: its own.")
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="DIR", help="Folder for tables and figures."),
     ] = None,
+    physics: Annotated[
+        str | None, typer.Option(help="touch: mujoco or pinocchio; default: MuJoCo if installed.")
+    ] = None,
+    profile: Annotated[
+        Names, typer.Option(help="touch: noise profile; repeatable; default: drawn.")
+    ] = None,
+    variant: Annotated[
+        Names,
+        typer.Option(
+            help="touch: usual, exact_masses, coarse, untared, friction, gain, "
+            "friction_calibrated, gain_calibrated, apart or together; repeatable; default: drawn."
+        ),
+    ] = None,
+    method: Annotated[
+        Names, typer.Option(help="touch: surface, line or particle; repeatable.")
+    ] = None,
+    hours: Annotated[
+        float | None, typer.Option(min=0.0, help="touch: hours of contact-free motion as well.")
+    ] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="touch: processes side by side.")] = None,
 ) -> None:
     """Repeat an experiment of the papers in simulation; prints how far estimates are off.
 
@@ -37,9 +61,20 @@ def experiment(
     external_wrench: known wrenches at a hand, and the torques that they make.
     kinematic_sources: one inertial sensor, all fused, a fixed link (--robot icub_inertial).
     coverage: how often the stated intervals hold the truth.
-    touch: pushes at random places, found by the contact detector.
+    residuals: classical, internal and external residuals, forces at points, the line.
+    touch: the benchmark of the contact detector. With -o it goes on where it was interrupted,
+    and reports all results in the folder.
     """
-    report = _run(name, robot, seed, runs)
+    given = {
+        "physics": physics,
+        "profiles": profile,
+        "variants": variant,
+        "methods": method,
+        "hours": hours,
+        "jobs": jobs,
+    }
+    options = {key: value for key, value in given.items() if value not in (None, [])}
+    report = _run(name, robot, seed, runs, options, output)
     written = _write(report, output)
     if json:
         print_json(report.document)
@@ -48,16 +83,30 @@ def experiment(
         print_line(line)
 
 
-def _run(name: str, robot: str, seed: int, runs: int | None) -> "Report":
+def _run(
+    name: str,
+    robot: str,
+    seed: int,
+    runs: int | None,
+    options: dict[str, Any],
+    output: Path | None,
+) -> "Report":
     """Return the report; what the user got wrong is a UsageError."""
     from experiments.catalogue import require, run_experiment
     from robot_model import DescriptionError, load_robot
 
     try:
-        require(name)
-        return run_experiment(name, load_robot(robot), seed, runs)
+        if require(name) == "touch":
+            options = options | {"folder": output, "progress": _show}
+        return run_experiment(name, load_robot(robot), seed, runs, **options)
     except (DescriptionError, LookupError, ValueError) as error:
         raise UsageError(str(error)) from None
+    finally:
+        clear()
+
+
+def _show(done: int, of: int) -> None:
+    draw(f"{bar(done / of)} {done} of {of} runs")
 
 
 def _write(report: "Report", folder: Path | None) -> list[Path]:

@@ -1,20 +1,26 @@
 """Contact detector: flags per limb and places, from sensor frames alone."""
 
 from dataclasses import dataclass, field
-from math import expm1
 
 import numpy as np
 
+from estimation.contact.contact_calibration import ContactCalibration, likeliest_variances
 from estimation.contact.contact_rows import ContactRows
+from estimation.contact.joint_statistic import JointStatistic
 from estimation.contact.limb_monitor import Levels, LimbFlag, LimbMonitor
-from estimation.contact.localisation import NOWHERE, Hypothesis, Localisation, Localiser
+from estimation.contact.limb_statistic import LimbStatistic
+from estimation.contact.localisation import Localisation
 from estimation.contact.quiet_period import Quiet
 from estimation.contact.row_covariance import RowCovariance, RowNoise
+from estimation.contact.support_watch import SupportWatch
+from estimation.contact.touch_locator import TouchLocator
 from estimation.saturation import faults_by_name
 from robot_model import Robot
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
+BODY = "body"  # name of the flag of the whole body
+SHARES = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)  # of the likeliest floors, tried one after the other
 
 
 @dataclass(frozen=True)
@@ -28,6 +34,7 @@ class DetectorSettings:
     smoothing: float = 0.06  # time constant of the rows that a touch is located with
     drift_time: float = 20.0  # time constant of the slow tare
     calm: float = 0.5  # fraction of every threshold below which the slow tare runs
+    method: str = "surface"  # how touches are located: surface, line or particle
 
 
 class ContactDetector:
@@ -45,21 +52,28 @@ class ContactDetector:
         self.settings = settings or DetectorSettings()
         self.rows = ContactRows(robot, support)
         self.covariance = RowCovariance(self.rows, self.settings.noise)
-        self._local = RowCovariance(self.rows, self.settings.noise)
-        self._localiser = Localiser(self.rows)
+        self.locator = TouchLocator(
+            self.rows, self.settings.noise, self.settings.smoothing, self.settings.method
+        )
+        self._supports = SupportWatch(robot, robot.supports[support])
+        self._limb_statistic = LimbStatistic(self.rows)
+        self._joint_statistic = JointStatistic(self.rows)
         limbs = tuple(subtree.name for subtree in robot.subtrees)
         self.monitor = LimbMonitor(limbs, self.settings.levels)
+        self.body_monitor = LimbMonitor((BODY,), self.settings.levels)
+        self.calibration: ContactCalibration | None = None
         self._boundary = np.abs(self.rows.layout.incidence[:, 1:])
         nv = self.rows.layout.model.nv
-        self._offset, self._expected = np.zeros(nv), np.zeros(nv)
-        self._touch, self._smooth = np.zeros(nv), np.zeros(nv)
+        self._expected = np.zeros(nv)
+        self._touch = np.zeros(nv)
         self.tared = False
-        self.wrenches = np.zeros((len(limbs), 6))  # tared; IMU axes, about its origin
         self.reset()
 
     def reset(self) -> None:
         """Forget contacts and filters, as after a jump of the stamps; the tare stays."""
-        self.monitor.reset()
+        self._forget_contacts()
+        self.locator.reset()
+        self._supports.reset()
         self._stamp: int | None = None
         self._covariance_stamp = 0
         self._flags: tuple[object, ...] = ()
@@ -67,8 +81,9 @@ class ContactDetector:
     def set_support(self, support: str) -> None:
         """Change the kind of support; the tare is lost with it."""
         self.rows.set_support(support)
+        self._supports = SupportWatch(self.robot, self.robot.supports[support])
         self.tared = False
-        self._offset[:] = 0.0
+        self.rows.bias.reset()
         self.reset()
 
     def step(self, frame: SensorFrame, stamp: int) -> list[LimbFlag]:
@@ -76,77 +91,119 @@ class ContactDetector:
 
         Stamps rise; any spacing will do, four milliseconds are usual.
         """
-        raw = self.rows.update(frame)
-        touch = np.subtract(raw, self._offset, out=self._touch)
+        self._touch = touch = self.rows.update(frame)
         period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
-        blend = 1.0 if self._stamp is None else -expm1(-period / self.settings.smoothing)
-        self._smooth += blend * (touch - self._smooth)
         self._stamp = stamp
-        self.wrenches = wrenches = self.rows.wrenches(touch)
         self._refresh(frame, stamp)
-        statistic = np.sqrt(np.vecdot(wrenches, np.matvec(self._information, wrenches)))
-        force = np.sqrt(np.vecdot(wrenches[:, :3], wrenches[:, :3]))
-        flags = self.monitor.update(statistic, force, stamp, self._reasons)
-        if self.tared and not self.touched:
-            self._follow_drift(statistic, period)
+        self.locator.add(touch, period, self._statistic)
+        statistic, self.force = self._limb_statistic.evaluate(touch)
+        flags = self.monitor.update(statistic, self.force, stamp, self._reasons)
+        self.body = self._judge_body(touch, stamp)
+        self.locator.keep(self.touched)
+        if self.tared and self._is_calm(statistic):
+            self.rows.bias.follow(touch, period / self.settings.drift_time)
         return flags
+
+    def _statistic(self, touch: Array) -> Array:
+        """Norm of each sub-tree's wrench in standard deviations, (s,)."""
+        return self._limb_statistic.evaluate(touch)[0]
+
+    def _judge_body(self, touch: Array, stamp: int) -> LimbFlag:
+        found = self._joint_statistic.evaluate(touch)
+        self._likeliest = found.subtree
+        statistic, force = np.array([found.statistic]), np.array([found.force])
+        return self.body_monitor.update(statistic, force, stamp, [self._body_reason])[0]
 
     def tare(self, quiet: Quiet) -> None:
         """Take the offsets and thresholds that a quiet period showed."""
-        self._offset[:] = quiet.rows
+        self.rows.bias.tare(quiet.rows, self.rows.removal(), self.rows.removed.active)
         self._expected[:] = quiet.predicted
-        self._smooth[:] = 0.0
+        self.locator.reset()
         self.tared = True
-        self.monitor.learn(quiet.statistics(self._information))
-        self.monitor.reset()
+        self._renew()
+        self.monitor.learn(self._limb_statistic.of_rows(quiet.spread).max(axis=0))
+        self.body_monitor.learn(self._joint_statistic.of_rows(quiet.spread).max(keepdims=True))
+        self._forget_contacts()
 
-    def calibrate(self, quiet: Quiet) -> dict[str, float]:
-        """Raise the thresholds to what a motion without touches showed; returns them by limb."""
-        error = quiet.wrenches - self.rows.wrenches(self._offset)
-        squares = np.einsum("tsi,sij,tsj->ts", error, self._information, error)
-        self.monitor.learn(np.sqrt(squares.max(axis=0)))
-        return dict(zip(self.monitor.limbs, self.monitor.threshold.tolist(), strict=True))
+    def calibrate(self, motion: Quiet) -> ContactCalibration:
+        """Learn floors and thresholds from a motion in which nothing touched, and use them.
+
+        Floors are the likeliest variances of the readings' errors row by row, of these the
+        least share with which no threshold need be raised; where none does, they are.
+        """
+        self.use(None)
+        variances = self._learn_variances(motion.touches)
+        least = self.covariance.variances
+        for share in SHARES:
+            self.rows.floor[:] = share * (variances - least)
+            self._renew()
+            limbs: Array = np.array(self._limb_statistic.of_rows(motion.touches).max(axis=0))
+            body = float(self._joint_statistic.of_rows(motion.touches).max())
+            limbs[self.rows.removed.subtrees] = 0.0
+            highest = self.settings.levels.margin * max(body, limbs.max())
+            if highest <= self.settings.levels.contact:
+                break
+        margin = self.settings.levels.margin
+        floor, size = self.rows.floor.copy(), len(motion.touches)
+        self.use(ContactCalibration(floor, np.multiply(limbs, margin), margin * body, size))
+        assert self.calibration is not None
+        return self.calibration
+
+    def use(self, calibration: ContactCalibration | None) -> None:
+        """Put floors and thresholds in force; None for those of the settings."""
+        self.calibration = calibration
+        self.rows.floor[:] = 0.0 if calibration is None else calibration.floor
+        limbs = len(self.monitor.limbs)
+        self.monitor.calibrate(np.zeros(limbs) if calibration is None else calibration.threshold)
+        body = 0.0 if calibration is None else calibration.body_threshold
+        self.body_monitor.calibrate(np.array([body]))
+        self._renew()
+
+    def _learn_variances(self, touches: Array) -> Array:
+        self._renew()
+        covariance, active = self.covariance, self.rows.removed.active
+        removal = self.rows.removal()[active]
+        fixed = covariance.matrix[np.ix_(active, active)]
+        fixed = fixed - (removal * covariance.variances) @ removal.T
+        rows = touches[:, active]
+        return likeliest_variances(rows.T @ rows / len(rows), fixed, removal, covariance.variances)
 
     def configure(self, settings: DetectorSettings) -> None:
         """Change times and levels; contacts and the tare stay."""
         self.settings = settings
-        self.monitor.levels = settings.levels
-        self.monitor.threshold = np.maximum(self.monitor.threshold, settings.levels.contact)
+        self.locator.configure(settings.smoothing, settings.method)
+        self.monitor.configure(settings.levels)
+        self.body_monitor.configure(settings.levels)
+
+    @property
+    def tared_rows(self) -> Array:
+        """Rows of the last sample after the tare, (nv,)."""
+        return self._touch
 
     @property
     def untared_rows(self) -> Array:
         """Rows of the last sample before the tare, (nv,)."""
-        return self._touch + self._offset
+        rows = self.rows
+        return self._touch + rows.remove(rows.bias.value.copy(), rows.removed)
 
     @property
     def touched(self) -> list[int]:
-        """Indices of the sub-trees that are touched now."""
-        return self.monitor.touched
+        """Indices of the sub-trees that are touched now.
+
+        When only the whole body shows a touch, that is the sub-tree which explains it best.
+        """
+        touched = self.monitor.touched
+        return touched or ([self._likeliest] if self.body_monitor.touched else [])
 
     def locate(self, frame: SensorFrame) -> Localisation:
         """Locate the touch of every touched limb, at the posture of the last step.
 
-        Each limb is looked at for itself: other touched limbs and those that are not
-        valid are made blind. Probabilities of one limb sum to one with its share of none.
+        Call it at a steady rate while a limb is touched: what is held is known better
+        with time. Probabilities of one limb sum to one with its share of none.
         """
-        found = [self._locate_limb(frame, limb) for limb in self.touched]
-        if not found:
-            return NOWHERE
-        if len(found) == 1:
-            return found[0]
-        hypotheses: list[Hypothesis] = [h for one in found for h in one.hypotheses]
-        hypotheses.sort(key=lambda h: -h.probability)
-        nowhere = float(np.mean([one.none_probability for one in found]))
-        return Localisation(tuple(hypotheses), nowhere)
-
-    def _locate_limb(self, frame: SensorFrame, limb: int) -> Localisation:
-        excluded = set(self.rows.removed.subtrees) | {limb}
-        blind = {i for i in self.touched if i not in excluded}
-        blind |= {i for i, why in enumerate(self._reasons) if why and i not in excluded}
-        removed = self.rows.removing(sorted(blind))
-        touch = self.rows.remove(self._smooth.copy(), removed)
-        self._local.update(frame, removed, self._model_error())
-        return self._localiser.locate(touch, self._local, limb)
+        unjudged = [i for i, why in enumerate(self._reasons) if why]
+        error = self._model_error()
+        return self.locator.locate(frame, self.touched, unjudged, error, self._stamp or 0)
 
     def _model_error(self) -> Array:
         if not self.tared:
@@ -168,12 +225,27 @@ class ContactDetector:
         self._flags, self._covariance_stamp = flags, stamp
         if changed:
             self._reasons = self._limb_reasons(frame)
-            self._judged = np.flatnonzero([not reason for reason in self._reasons])
-        self.covariance.update(frame, model_error=self._model_error())
-        matrices = self.covariance.of_wrenches()
-        # a support's own wrench has no error left, and is judged by its reason alone
-        matrices[self.rows.removed.subtrees] = np.eye(6)
-        self._information = np.linalg.inv(matrices)
+            self._body_reason = self._why_no_body(frame)
+            blind = set(self.rows.removed.subtrees)
+            judged = [not why and i not in blind for i, why in enumerate(self._reasons)]
+            self._judged = np.flatnonzero(judged)
+        self._frame = frame
+        self._look_at_supports(frame, stamp)
+        self._renew()
+
+    def _look_at_supports(self, frame: SensorFrame, stamp: int) -> None:
+        unsteady = self._supports.look(frame.ft, frame.ft_valid, stamp)
+        for i in self.rows.removed.subtrees:
+            why = unsteady.get(i)
+            self._reasons[i] = f"bears a support and {why}" if why else "bears a support"
+
+    def _renew(self) -> None:
+        """Compute what belongs to posture, validity, tare and calibration."""
+        if self._stamp is None:
+            return
+        self.covariance.update(self._frame, model_error=self._model_error())
+        self._limb_statistic.update(self.covariance)
+        self._joint_statistic.update(self.covariance)
 
     def _limb_reasons(self, frame: SensorFrame) -> list[str]:
         """Why each limb cannot be judged, "" if it can."""
@@ -184,13 +256,26 @@ class ContactDetector:
         needed = np.hstack((imu, layout.needs, self._boundary > 0.0)) & lost
         why = faults_by_name(frame.faults)
         first = [str(names[row.argmax()]) if row.any() else "" for row in needed]
-        reasons = [f"{name} is {why.get(name, 'invalid')}" if name else "" for name in first]
-        for i in self.rows.removed.subtrees:
-            reasons[i] = "bears a support"
-        return reasons
+        return [f"{name} is {why.get(name, 'invalid')}" if name else "" for name in first]
 
-    def _follow_drift(self, statistic: Array, period: float) -> None:
-        """Let the offsets follow the rows slowly while nothing comes near its threshold."""
+    def _why_no_body(self, frame: SensorFrame) -> str:
+        """A lost force/torque sensor only makes it less sensitive; a lost motion blinds it."""
+        robot = self.robot
+        names = np.array([robot.imus[0], *robot.joints])
+        lost = np.flatnonzero(~np.concatenate((frame.imu_valid[:1], frame.joint_valid)))
+        if not len(lost):
+            return ""
+        name = str(names[lost[0]])
+        return f"{name} is {faults_by_name(frame.faults).get(name, 'invalid')}"
+
+    def _is_calm(self, statistic: Array) -> bool:
+        """Whether nothing is near its threshold and the feet stand well, so that drift is drift."""
+        assert self._stamp is not None
+        if self.touched or not len(self._judged) or not self._supports.is_steady(self._stamp):
+            return False
         calm = statistic < self.settings.calm * self.monitor.threshold
-        if len(self._judged) and calm[self._judged].all():
-            self._offset += (period / self.settings.drift_time) * self._touch
+        return bool(calm[self._judged].all())
+
+    def _forget_contacts(self) -> None:
+        self.monitor.reset()
+        self.body_monitor.reset()

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pinocchio as pin
 
+from estimation.contact.row_bias import RowBias
 from estimation.contact.row_layout import RemovedWrenches, RowLayout
 from estimation.joint_friction import JointFriction
 from robot_model import Robot
@@ -18,7 +19,7 @@ class ContactRows:
 
     The rows are those of the base, the joints, and the six of each force/torque sensor.
     Motor torques become link torques (rotors and friction taken off). The supports'
-    wrenches are removed.
+    wrenches are removed, and what ``bias`` says.
 
     After ``update``, ``predicted`` (nv,; what the model alone says), ``jacobian`` (nv, 6;
     row = motion axis [v w] in the root's axes) and ``wrenches()`` belong to that sample.
@@ -44,6 +45,8 @@ class ContactRows:
         self._force_maps = np.zeros((len(self.layout.inlets), 6, 6))  # into the root's axes
         self._friction = JointFriction(robot.viscous, robot.coulomb)
         self.predicted = np.zeros(self._model.nv)
+        self.bias = RowBias(self.layout)
+        self.floor = np.zeros(self._model.nv)  # variance that a calibration adds to each row
         self.set_support(support)
 
     def set_support(self, support: str) -> None:
@@ -79,6 +82,7 @@ class ContactRows:
         self.predicted[:] = rows
         rows[self._joint_v] -= self._link_torque(dq, ddq, frame.motor_torque)
         rows[self._cut_v] -= frame.ft * self._sign
+        rows -= self.bias.value
         return self.remove(rows, self.removed)
 
     def remove(self, rows: Array, removed: RemovedWrenches) -> Array:
@@ -86,6 +90,12 @@ class ContactRows:
         if removed.subtrees:
             rows -= np.vecdot(self.jacobian, removed.spread @ self._entering(rows))
         return rows
+
+    def removal(self) -> Array:
+        """The matrix P of ``remove`` for the supports at the present sample, (nv, nv)."""
+        removed, nv = self.removed, self._model.nv
+        back = (removed.bears[:, :, None] * self.jacobian[:, None]).reshape(nv, -1)
+        return np.eye(nv) - back @ self.wrench_map(removed.subtrees).reshape(-1, nv)
 
     def _link_torque(self, dq: Array, ddq: Array, motor_torque: Array) -> Array:
         return motor_torque + self._friction.torque(dq) - self.robot.rotor_inertia @ ddq

@@ -12,7 +12,8 @@ Array = np.ndarray
 class Levels:
     """When a limb counts as touched. Statistics are in standard deviations."""
 
-    contact: float = 6.5  # least threshold; a quiet period may raise it
+    contact: float = 6.5  # least threshold; quiet periods and calibrations may raise it
+    margin: float = 1.5  # of a threshold over the largest statistic without a touch
     release: float = 0.6  # fraction of the threshold below which a contact ends
     release_time: float = 0.1  # s below it
     collision: float = 40.0  # N, force from which a contact is a collision
@@ -29,19 +30,24 @@ class LimbFlag(NamedTuple):
     force: float  # N, net force of the touches on the limb
     valid: bool
     reason: str
+    statistic: float = 0.0  # standard deviations
+    threshold: float = 0.0
 
 
 class LimbMonitor:
     """F eq. (6.3.1), || w_measured - w_model || > eta, for every sub-tree of its own.
 
     The norm is that of the covariance, so that newtons and newton metres compare; eta is
-    at least ``levels.contact`` and is raised by the statistics of a quiet period.
+    at least ``levels.contact`` and is raised by the statistics of a quiet period, and by a
+    calibration, which lasts (``calibrated``).
     """
 
     def __init__(self, limbs: tuple[str, ...], levels: Levels | None = None):
         self.limbs = limbs
         self.levels = levels or Levels()
-        self.threshold = np.full(len(limbs), self.levels.contact)
+        self.calibrated = np.zeros(len(limbs))
+        self._quiet = np.zeros(len(limbs))
+        self._set_thresholds()
         self._states = ["none"] * len(limbs)
         self._onset = [0] * len(limbs)
         self._below = [0] * len(limbs)  # ns, since when the statistic has been low; 0: not
@@ -57,9 +63,24 @@ class LimbMonitor:
         """Indices of the limbs in contact or collision."""
         return [i for i, state in enumerate(self._states) if state != "none"]
 
-    def learn(self, quiet: Array, margin: float = 1.5) -> None:
+    def learn(self, quiet: Array) -> None:
         """Set thresholds from the largest statistics of a quiet period, (s,)."""
-        self.threshold = np.maximum(self.levels.contact, margin * quiet)
+        self._quiet = self.levels.margin * quiet
+        self._set_thresholds()
+
+    def calibrate(self, threshold: Array) -> None:
+        """Keep thresholds at least at those of a calibration, (s,)."""
+        self.calibrated = threshold
+        self._set_thresholds()
+
+    def configure(self, levels: Levels) -> None:
+        """Take other levels; contacts stay."""
+        self.levels = levels
+        self._set_thresholds()
+
+    def _set_thresholds(self) -> None:
+        learnt = np.maximum(self._quiet, self.calibrated)
+        self.threshold = np.maximum(self.levels.contact, learnt)
 
     def update(
         self, statistic: Array, force: Array, stamp: int, reasons: list[str]
@@ -82,7 +103,9 @@ class LimbMonitor:
                 continue
             self._judge(i, value, eta, norm, stamp)
             state, onset = self._states[i], self._onset[i]
-            flags.append(LimbFlag(self.limbs[i], state, probability[i], onset, norm, True, ""))
+            flags.append(
+                LimbFlag(self.limbs[i], state, probability[i], onset, norm, True, "", value, eta)
+            )
         return flags
 
     def _judge(self, i: int, value: float, eta: float, force: float, stamp: int) -> None:

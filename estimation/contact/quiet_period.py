@@ -20,20 +20,12 @@ class Quiet:
 
     rows: Array  # (nv,) mean of the touches' rows: biases of sensors and model
     predicted: Array  # (nv,) mean of what the model predicts
+    spread: Array  # (samples, nv) rows about their mean
+    touches: Array  # (samples, nv) rows after the tare that was in force
     wrenches: Array  # (samples, s, 6) of the sub-trees, before the tare
     residual_mean: Array  # of the residuals
     residual_std: Array
     samples: int
-
-    def statistics(self, information: Array) -> Array:
-        """Largest norm of each sub-tree's wrench about the mean, in standard deviations, (s,).
-
-        Args:
-            information: Inverse covariance of the wrenches, (s, 6, 6).
-        """
-        error = self.wrenches - self.wrenches.mean(axis=0)
-        squares = np.einsum("tsi,sij,tsj->ts", error, information, error)
-        return np.sqrt(squares.max(axis=0))
 
 
 class QuietPeriod:
@@ -42,16 +34,24 @@ class QuietPeriod:
     def __init__(self, joints: tuple[str, ...], limits: StillnessLimits = STILL):
         self._rest = RestingAverage(joints, limits)
         self._rows: list[Array] = []
+        self._touches: list[Array] = []
         self._predicted: list[Array] = []
         self._wrenches: list[Array] = []
         self._residuals: list[Array] = []
 
     def add(
-        self, frame: SensorFrame, rows: Array, predicted: Array, wrenches: Array, residuals: Array
+        self,
+        frame: SensorFrame,
+        rows: Array,
+        predicted: Array,
+        wrenches: Array,
+        residuals: Array,
+        touch: Array | None = None,
     ) -> None:
-        """Add one complete sample; rows and wrenches before any tare."""
+        """Add one complete sample; rows and wrenches before any tare, ``touch`` after it."""
         self._rest.add(frame.q, frame.dq, frame.ft, frame.imu_gyro[0], frame.imu_acc[0])
         self._rows.append(rows.copy())
+        self._touches.append(rows.copy() if touch is None else touch.copy())
         self._predicted.append(predicted.copy())
         self._wrenches.append(wrenches)
         self._residuals.append(residuals)
@@ -68,9 +68,11 @@ class QuietPeriod:
             )
         if still:
             self._rest.mean()
-        residuals = np.array(self._residuals)
+        residuals, rows = np.array(self._residuals), np.array(self._rows)
         return Quiet(
-            rows=np.mean(self._rows, axis=0),
+            rows=rows.mean(axis=0),
+            spread=rows - rows.mean(axis=0),
+            touches=np.array(self._touches),
             predicted=np.mean(self._predicted, axis=0),
             wrenches=np.array(self._wrenches),
             residual_mean=residuals.mean(axis=0),

@@ -38,6 +38,8 @@ class RowCovariance:
 
     Attributes:
         matrix: (nv, nv) covariance of ``ContactRows.rows``.
+        active: Indices of the rows that still say something.
+        variances: (nv,) of the readings alone, before the supports are removed.
     """
 
     def __init__(self, rows: ContactRows, noise: RowNoise | None = None):
@@ -51,8 +53,8 @@ class RowCovariance:
         self._rotors[np.ix_(self._joint_v, self._joint_v)] = rows.robot.rotor_inertia
         self._motion, self._reading = self._deviations()
         self._diagonal = np.diag_indices(nv)
-        self.matrix = np.zeros((nv, nv))
-        self._active = np.arange(nv)
+        self.matrix, self.variances = np.zeros((nv, nv)), np.zeros(nv)
+        self.active = np.arange(nv)
 
     def update(
         self,
@@ -70,22 +72,30 @@ class RowCovariance:
         removed = self._rows.removed if removed is None else removed
         pin.crba(self._model, self._data, self._rows.q, pin.Convention.WORLD)
         spread = (self._data.M + self._rotors) * self._motion
-        errors = spread @ spread.T
-        errors[self._diagonal] += self._variances(frame) + np.square(model_error)
+        errors = spread @ spread.T + self._rows.bias.covariance
+        self.variances = self._variances(frame) + np.square(model_error)
+        errors[self._diagonal] += self.variances
         self.matrix = self._without(removed, errors) if removed.subtrees else errors
-        self._active = np.flatnonzero(removed.active)
+        self.active = np.flatnonzero(removed.active)
 
     def whiten(self, vectors: Array) -> Array:
         """Return vectors of rows, (m, nv), in standard deviations, (m, active rows).
 
         Products of whitened vectors are those by the inverse covariance of the active rows.
         """
-        active = self._active
+        active = self.active
         factor, failed = _potrf(self.matrix[np.ix_(active, active)], lower=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance of the rows is not positive definite")
         # both transposed: LAPACK then takes and returns them without another copy
         return _trtrs(factor, vectors.take(active, axis=1).T, lower=1, overwrite_b=1)[0].T
+
+    def information(self) -> Array:
+        """Return the inverse covariance, (nv, nv); zero in the rows that are not active."""
+        inside = np.ix_(self.active, self.active)
+        result = np.zeros_like(self.matrix)
+        result[inside] = np.linalg.inv(self.matrix[inside])
+        return result
 
     def of_wrenches(self) -> Array:
         """Covariance of ``ContactRows.wrenches``, (s, 6, 6)."""
@@ -107,7 +117,7 @@ class RowCovariance:
 
     def _variances(self, frame: SensorFrame) -> Array:
         """Variances of the readings, (nv,)."""
-        variances = np.square(self._reading)
+        variances = np.square(self._reading) + self._rows.floor
         trusted = frame.joint_valid & frame.motor_torque_valid
         variances[self._joint_v[~trusted]] = UNKNOWN
         variances[self._cut_v[~frame.ft_valid]] = UNKNOWN

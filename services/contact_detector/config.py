@@ -1,5 +1,7 @@
 """Settings of the contact detector."""
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from estimation.contact.contact_detector import DetectorSettings
@@ -43,6 +45,7 @@ class LevelConfig(_Group):
     """When a limb counts as touched."""
 
     contact: float = Field(default=6.5, gt=0.0)  # standard deviations
+    margin: float = Field(default=1.5, ge=1.0)
     release: float = Field(default=0.6, gt=0.0, lt=1.0)
     release_time: float = Field(default=0.1, ge=0.0)  # s
     collision: float = Field(default=40.0, gt=0.0)  # N
@@ -57,11 +60,20 @@ class TareConfig(_Group):
     largest_bias: float = Field(default=8.0, gt=0.0)  # N
 
 
+class CalibrationConfig(_Group):
+    """What is kept of calibrations."""
+
+    load: bool = True
+    kept: int = Field(default=20, ge=1, le=1000)
+
+
 class ContactDetectorConfig(RobotServiceConfig):
     """Settings of the contact detector; ``config.yaml`` gives reasons."""
 
     rate: float = Field(default=250.0, gt=0.0, le=1000.0)  # Hz
     locate_rate: float = Field(default=20.0, gt=0.0, le=250.0)  # Hz
+    method: Literal["surface", "line", "particle"] = "surface"
+    tell_points: bool = True
     model_error: float = Field(default=0.02, ge=0.0)
     smoothing: float = Field(default=0.06, ge=0.001)  # s
     drift_time: float = Field(default=20.0, gt=0.0)  # s
@@ -69,6 +81,7 @@ class ContactDetectorConfig(RobotServiceConfig):
     noise: NoiseConfig = NoiseConfig()
     levels: LevelConfig = LevelConfig()
     tare: TareConfig = TareConfig()
+    calibration: CalibrationConfig = CalibrationConfig()
     inputs: dict[str, str] = {}
 
     def detector_settings(self) -> DetectorSettings:
@@ -79,6 +92,7 @@ class ContactDetectorConfig(RobotServiceConfig):
             model_error=self.model_error,
             smoothing=self.smoothing,
             drift_time=self.drift_time,
+            method=self.method,
         )
 
     def residual_settings(self) -> ResidualSettings:

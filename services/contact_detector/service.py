@@ -11,12 +11,15 @@ from bus.rhythm import Rhythm
 from estimation.contact.contact_detector import ContactDetector
 from estimation.contact.limb_monitor import LimbFlag
 from estimation.contact.localisation import NOWHERE, Localisation
+from estimation.contact.touch_points import TouchPoints
 from estimation.offline.log_attitude import upward
 from estimation.residual.residual_bank import ResidualBank
 from robot_model import Robot, load_robot, ports
-from robot_model.messages import BaseState, Contacts, Residuals, SensorFrame
+from robot_model.messages import BaseState, ContactPoints, Contacts, Residuals, SensorFrame
+from services.contact_detector.calibrations import Calibrations
 from services.contact_detector.config import ContactDetectorConfig
-from services.contact_detector.messages import contacts_message
+from services.contact_detector.map_output import MapOutput
+from services.contact_detector.messages import contacts_message, points_message
 from services.contact_detector.taring import Taring
 
 WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
@@ -38,7 +41,7 @@ class ContactService:
     def __init__(self, node: Node, robot: Robot, config: ContactDetectorConfig):
         self._node, self._robot, self._config = node, robot, config
         self._open_ports()
-        self._build()
+        self.rebuild()
         self._stamp: int | None = None
         self._next = self._next_location = self._evaluated = 0  # stamps, ns
         self._rhythm, self._found = Rhythm(1.0 / config.rate), False
@@ -46,9 +49,13 @@ class ContactService:
         self._up_base: np.ndarray | None = None
         self._flags: list[LimbFlag] = []
         self._located: Localisation = NOWHERE
+        self._places, self._next_places = TouchPoints(robot), 0
         node.verb("tare", self._tare, help="take what the resting robot shows for zero {seconds}")
-        node.verb("calibrate", self._calibrate, help="raise thresholds to a motion {seconds}")
-        node.verb("status", self._status, help="state, tare, thresholds per limb")
+        node.verb("calibrate", self._calibrate, help="learn from a motion untouched {seconds}")
+        node.verb("calibrations", self._listed, help="list stored calibrations")
+        node.verb("use_calibration", self._use, help="put a stored one in force; none {date}")
+        node.verb("forget_calibration", self._forget, help="remove a stored one {date}")
+        node.verb("status", self.status, help="state, tare, thresholds per limb")
         node.parameters.on_change(self._configure)
 
     def _open_ports(self) -> None:
@@ -79,16 +86,24 @@ class ContactService:
         self._contacts = node.output(
             ports.name("contacts", robot), Contacts, rate=rate, model=robot.model_hash
         )
+        self._map = MapOutput(node, robot, self._config.locate_rate)
+        self._points = node.output(
+            ports.name("touch_points", robot), ContactPoints, rate=self._config.locate_rate
+        )
 
     def _source(self, key: str) -> str:
         return self._config.inputs.get(key, ports.name(key, self._robot))
 
-    def _build(self) -> None:
+    def rebuild(self) -> None:
         """Make the mathematics anew, as after a change of the support."""
         config, robot = self._config, self._robot
         self.detector = ContactDetector(robot, config.support, config.detector_settings())
         self._bank = ResidualBank(robot, config.support, config.residual_settings())
         self._taring = Taring(self.detector, self._bank, config.tare)
+        kept = config.calibration
+        if config.lockstep:  # whose runs must repeat, whatever is stored
+            kept = kept.model_copy(update={"load": False})
+        self._calibrations = Calibrations(self.detector, config.support, kept)
 
     def spin(self) -> None:
         """Wait for frames and work off all that came."""
@@ -133,6 +148,7 @@ class ContactService:
             self._next = max(self._next + period, stamp + period // 2)
             self._detect(frame, stamp)
             self._publish(received)
+            self._tell_places(received)
 
     def _is_residual_due(self, stamp: int) -> bool:
         """Forces are integrated at every sample, momenta are computed where somebody looks."""
@@ -146,7 +162,8 @@ class ContactService:
         """The stamps jumped back: what was remembered belongs to another run."""
         self.detector.reset()
         self._bank.reset()
-        self._next = self._next_location = 0
+        self._next = self._next_location = self._next_places = 0
+        self._map.restart()
         self._located = NOWHERE
 
     def _look_up(self) -> np.ndarray | None:
@@ -172,12 +189,27 @@ class ContactService:
         if self._residuals.wanted(like.stamp, bank.valid):
             self._residuals.write(bank.message(), like=like, valid=bank.valid, reason=bank.reason)
         reason = self._doubt()
+        self._map.publish(self.detector.locator, like, reason)
         if not self._contacts.wanted(like.stamp, not reason):
             return
         if reason:
             self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
         else:
-            self._contacts.write(contacts_message(self._flags, self._located), like=like)
+            self._contacts.write(self._message(), like=like)
+
+    def _message(self) -> Contacts:
+        return contacts_message(self._flags, self._located, self.detector.body)
+
+    def _tell_places(self, received: Received) -> None:
+        """Tell where forces act, whether or not that is new: who has just come needs it too."""
+        like = received.envelope
+        if like.stamp < self._next_places or not self._config.tell_points:
+            return
+        self._next_places = like.stamp + round(1e9 / self._config.locate_rate)
+        reason = self._doubt()
+        touched = [] if reason else self.detector.touched
+        places = self._places.update(touched, self._located)
+        self._points.write(points_message(places), like=like, valid=not reason, reason=reason)
 
     def _doubt(self) -> str:
         """Why nothing is said about contacts."""
@@ -197,6 +229,9 @@ class ContactService:
         silent = self._bank.silent_message()
         self._residuals.write(silent, like=like, valid=False, reason=reason)
         self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
+        self._map.complain(like, reason)
+        if self._config.tell_points:
+            self._points.write(points_message([]), like=like, valid=False, reason=reason)
 
     def _nothing(self, reason: str) -> Contacts:
         limbs = self.detector.monitor.limbs
@@ -206,8 +241,21 @@ class ContactService:
     def _tare(self, seconds: float = 1.0) -> Pending:
         return self._taring.request(seconds, self._taring.tare)
 
-    def _calibrate(self, seconds: float = 5.0) -> Pending:
-        return self._taring.request(seconds, self._taring.calibrate)
+    def _calibrate(self, seconds: float = 30.0) -> Pending:
+        """Learn floors and thresholds from a robot that moves and that nothing touches."""
+        if not self.detector.tared:
+            raise RuntimeError(f"the contact detector is not tared: {self._taring.waits}")
+        largest = self._config.tare.largest_bias
+        return self._taring.request(seconds, self._calibrations.finish, largest)
+
+    def _listed(self) -> dict[str, Any]:
+        return self._calibrations.listed()
+
+    def _use(self, date: str) -> dict[str, Any]:
+        return self._calibrations.use(date)
+
+    def _forget(self, date: str) -> dict[str, Any]:
+        return self._calibrations.forget(date)
 
     def _configure(self, old: ContactDetectorConfig, new: ContactDetectorConfig) -> None:
         if new.support not in self._robot.supports:
@@ -215,13 +263,13 @@ class ContactService:
             raise ValueError(f"{self._robot.name} has no support '{new.support}'; it has: {known}")
         self._config = new
         if new.support != old.support or new.noise != old.noise or new.tare != old.tare:
-            self._build()
+            self.rebuild()
             self._restart()
         else:
             self._bank.configure(new.residual_settings())
             self.detector.configure(new.detector_settings())
 
-    def _status(self) -> dict[str, Any]:
+    def status(self) -> dict[str, Any]:
         """Return the state of service, tare and thresholds."""
         monitor = self.detector.monitor
         thresholds = dict(zip(monitor.limbs, monitor.threshold.tolist(), strict=True))
@@ -230,4 +278,6 @@ class ContactService:
             "support": self._config.support,
             "tared": self.detector.tared,
             "thresholds": thresholds,
+            "body_threshold": float(self.detector.body_monitor.threshold[0]),
+            "calibration": self._calibrations.status(),
         }

@@ -14,6 +14,7 @@ from estimation.resting import MovingError
 from robot_model.messages import SensorFrame
 from services.contact_detector.config import TareConfig
 
+LONGEST = 120.0  # s
 Finish = Callable[[QuietPeriod], dict[str, Any]]
 
 
@@ -25,7 +26,9 @@ class _Window:
     length: int  # ns
     finish: Finish
     pending: Pending | None = None
+    largest: float = np.inf  # N, more is a touch
     end: int | None = None  # stamp of the first sample plus length, ns
+    force: float = 0.0  # N, largest on any limb
 
 
 class Taring:
@@ -48,14 +51,17 @@ class Taring:
         """Whether samples are being collected."""
         return bool(self._windows)
 
-    def request(self, seconds: float, finish: Finish) -> Pending:
-        """Collect samples for some seconds, then answer with what ``finish`` makes of them."""
-        if not 0.1 <= seconds <= 60.0:
-            raise ValueError(f"seconds must lie between 0.1 and 60, got {seconds}")
+    def request(self, seconds: float, finish: Finish, largest: float = np.inf) -> Pending:
+        """Collect samples for some seconds, then answer with what ``finish`` makes of them.
+
+        A force of more than ``largest`` [N] on a limb meanwhile is an error.
+        """
+        if not 0.1 <= seconds <= LONGEST:
+            raise ValueError(f"seconds must lie between 0.1 and {LONGEST:g}, got {seconds}")
         if self._since is None:
             raise RuntimeError("no valid sensor frame has come")
         pending = Pending()
-        self._add(seconds, finish, pending)
+        self._add(seconds, finish, pending, largest)
         return pending
 
     def tare(self, period: QuietPeriod) -> dict[str, Any]:
@@ -66,12 +72,6 @@ class Taring:
         if limbs:
             answer["message"] += f"; what touched {', '.join(limbs)} now counts as nothing"
         return answer
-
-    def calibrate(self, period: QuietPeriod) -> dict[str, Any]:
-        """Take thresholds only, from any motion in which nothing touched."""
-        quiet = period.finish(still=False)
-        thresholds = self._detector.calibrate(quiet)
-        return {"thresholds": thresholds, "samples": quiet.samples}
 
     def add(self, frame: SensorFrame, stamp: int) -> None:
         """Take the sample that the detector has just seen."""
@@ -91,9 +91,15 @@ class Taring:
                 self._windows.remove(window)
                 self._finish(window)
 
-    def _add(self, seconds: float, finish: Finish, pending: Pending | None = None) -> None:
+    def _add(
+        self,
+        seconds: float,
+        finish: Finish,
+        pending: Pending | None = None,
+        largest: float = np.inf,
+    ) -> None:
         period = QuietPeriod(self._detector.robot.joints)
-        self._windows.append(_Window(period, round(seconds * 1e9), finish, pending))
+        self._windows.append(_Window(period, round(seconds * 1e9), finish, pending, largest))
 
     def _collect(self, frame: SensorFrame) -> None:
         channels = (frame.joint_valid, frame.ft_valid, frame.imu_valid)
@@ -102,10 +108,17 @@ class Taring:
         detector, rows = self._detector, self._detector.untared_rows
         wrenches, residuals = detector.rows.wrenches(rows), self._bank.values
         for window in self._windows:
-            window.period.add(frame, rows, detector.rows.predicted, wrenches, residuals)
+            window.period.add(
+                frame, rows, detector.rows.predicted, wrenches, residuals, detector.tared_rows
+            )
+            window.force = max(window.force, float(detector.force.max()))
 
     def _finish(self, window: _Window) -> None:
         try:
+            if window.force > window.largest:
+                raise MovingError(
+                    f"{window.force:.1f} N on a limb are a touch (limit {window.largest:g} N)"
+                )
             answer = window.finish(window.period)
         except MovingError as error:
             self.waits = f"not tared: {error}"

@@ -104,6 +104,7 @@ class TorqueObserverConfig(RobotServiceConfig):
     uncertainty_period: float = Field(default=0.1, gt=0.0)  # s
     tare: TareConfig = TareConfig()
     drift: DriftConfig = DriftConfig()
+    follow_touches: bool = False
     inputs: dict[str, str] = {}
 
     @model_validator(mode="after")

@@ -1,7 +1,6 @@
 """The offsets in force: found by a tare, chosen among stored ones, or reverted."""
 
 import logging
-from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -9,13 +8,8 @@ import numpy as np
 from estimation.resting import RestingMean
 from estimation.tare import TareResult
 from estimation.torque_observer import TorqueObserver
-from services.torque_observer.offset_store import (
-    OffsetStore,
-    StoreError,
-    TareFile,
-    TareRecord,
-    date_of,
-)
+from robot_model.dated_store import StoreError, date_of_now
+from services.torque_observer.offset_store import OffsetStore, TareFile, TareRecord
 
 logger = logging.getLogger(__name__)
 
@@ -54,7 +48,7 @@ class Offsets:
         """Put what a tare has found in force, and store it."""
         robot = self._robot
         record = TareRecord(
-            date=date_of(datetime.now(UTC)),
+            date=date_of_now(),
             robot=robot.name,
             model=robot.model_hash,
             stance=stance,

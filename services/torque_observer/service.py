@@ -27,6 +27,7 @@ from services.torque_observer.config import TorqueObserverConfig
 from services.torque_observer.drift import Drift
 from services.torque_observer.messages import Composer, touches
 from services.torque_observer.tare_verbs import TareVerbs
+from services.torque_observer.teller import Teller
 
 logger = logging.getLogger(__name__)
 
@@ -56,6 +57,7 @@ class ObserverService:
         self._sample: tuple[np.ndarray, ...] | None = None
         self._complained = 0.0  # s
         self._touch_error = ""
+        self._teller = Teller(node)
         self._open_ports()
         self._drift = self._open_drift() if config.drift.follow else None
         self._follow_contacts()
@@ -76,7 +78,8 @@ class ObserverService:
             **common,
         )
         points = ports.name("contact_points", robot)
-        self._points = node.input(points, ContactPoints, sources.get("contact_points", ()))
+        touches = ports.name("touch_points", robot) if self._config.follow_touches else ()
+        self._points = node.input(points, ContactPoints, sources.get("contact_points", touches))
         sizes = {**common, "dimensions": {**robot.dimensions, "s": len(robot.subtrees)}}
         self._torques, self._wrenches, self._predictions = (
             node.output(ports.name(key, robot), kind, rate=ports.rate(key), **sizes)
@@ -102,8 +105,8 @@ class ObserverService:
     def spin(self) -> None:
         """Wait for one frame at most, and answer all that came."""
         self._node.wait(WAIT)
-        if (points := self._points.newest()) is not None:
-            self._touch(points.data)
+        if (points := self._teller.news(self._points)) is not None:
+            self._touch(points)
         while (sample := self._sensors.read()) is not None:
             self._observe(sample)
         if not self._sensors.fresh:
@@ -222,7 +225,7 @@ class ObserverService:
     def _configure(self, old: TorqueObserverConfig, new: TorqueObserverConfig) -> None:
         if old.drift.follow != new.drift.follow:
             raise ValueError("drift.follow cannot be changed while the service runs")
-        fixed = ("robot", "lockstep", "inputs")
+        fixed = ("robot", "lockstep", "follow_touches", "inputs")
         if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
             raise ValueError(f"{changed[0]} cannot be changed while the service runs")
         source = self._make_source(new)

@@ -46,7 +46,7 @@ def test_a_limb_that_cannot_be_judged_says_why_and_forgets_its_contact() -> None
 
 def test_a_noisy_quiet_period_raises_a_threshold_and_a_calm_one_does_not_lower_it() -> None:
     monitor = LimbMonitor(("arm", "leg"), Levels(contact=6.0))
-    monitor.learn(np.array([1.0, 10.0]), margin=1.5)
+    monitor.learn(np.array([1.0, 10.0]))
     np.testing.assert_array_equal(monitor.threshold, [6.0, 15.0])
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from experiments.mujoco_robot import add_force, bare_spec, mujoco
 from robot_model import Robot
 from robot_sim import Plant
 from robot_sim.contact import placement
-from tests.mujoco_robot import add_force, bare_spec, mujoco
 
 STATES = 200
 

@@ -14,7 +14,14 @@ from bus.parameters import Parameters
 from bus.testing import eventually, running_hub
 from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot, load_robot, ports
-from robot_model.messages import BaseState, Contacts, Residuals, SensorFrame
+from robot_model.messages import (
+    BaseState,
+    ContactMap,
+    ContactPoints,
+    Contacts,
+    Residuals,
+    SensorFrame,
+)
 from robot_sim import Plant
 from services.contact_detector.config import ContactDetectorConfig
 from services.contact_detector.service import ContactService
@@ -31,6 +38,7 @@ class Recording:
     quiet: Frames
     pushed: Frames
     base: BaseState
+    point: np.ndarray  # (3,) m, in the link's frame
 
 
 @pytest.fixture(scope="session")
@@ -54,7 +62,8 @@ def recording(robot: Robot) -> Recording:
     quiet = record(1600)
     surface = robot.load_surface()
     forearm = [body.name for body in surface.bodies].index("l_forearm")
-    index = int((surface.body == forearm).argmax()) + 100
+    mine = np.flatnonzero(surface.body == forearm)
+    index = int(mine[len(mine) // 3])
     plant.push("l_forearm", surface.points[index], -15.0 * surface.normals[index])
     pushed = record(400)
     truth = plant.truth()
@@ -64,24 +73,27 @@ def recording(robot: Robot) -> Recording:
         twist=truth.base_twist,
         covariance=np.zeros((12, 12)),
     )
-    return Recording(quiet, pushed, base)
+    return Recording(quiet, pushed, base, surface.points[index])
 
 
 class Bench:
     """The service, somebody who feeds it, and somebody who listens, in one thread."""
 
     def __init__(self, node: Node, user: Node, robot: Robot):
-        self.node = node
+        self.node, self.robot = node, robot
         self.service = ContactService(node, robot, node.parameters.value)
         self._user = user
         self._pool = ThreadPoolExecutor(1)
         self._heard_contacts: list[Received] = []
         self._heard_residuals: list[Received] = []
+        self._heard_maps: list[Received] = []
         types: dict[str, Any] = {"model": robot.model_hash, "dimensions": robot.dimensions}
         self._sensors = user.output(ports.name("sensors", robot), SensorFrame, **types)
         self._base = user.output(ports.name("base", robot), BaseState)
         self._contacts = self._listen(Contacts, ports.name("contacts", robot))
         self._residuals = self._listen(Residuals, ports.name("residuals", robot), **types)
+        self._points = self._listen(ContactPoints, ports.name("touch_points", robot))
+        self._heard_points: list[Received] = []
         node.ready()
         user.ready()
         eventually(lambda: self._sensors.matched and self._base.matched)
@@ -117,6 +129,36 @@ class Bench:
     def residuals(self, wanted: Wanted = lambda _: True) -> Received:
         """Return the newest residuals for which ``wanted`` holds."""
         return self._await(self._residuals, self._heard_residuals, wanted)
+
+    def read_maps(self, robot: Robot) -> None:
+        """Begin to listen to the map of the touches."""
+        name = ports.name("contact_map", robot)
+        self._maps = self._listen(ContactMap, name)
+        eventually(lambda: self._user.directory.leader(name))
+        eventually(lambda: self._is_heard("contact_map", robot))
+
+    def maps(self, wanted: Wanted = lambda _: True) -> Received:
+        """Return the newest map for which ``wanted`` holds."""
+        return self._await(self._maps, self._heard_maps, wanted)
+
+    def written(self, key: str, robot: Robot) -> int:
+        """Return how many messages the service has written on a port."""
+        return port_info(self.node, ports.name(key, robot))["statistics"]["written"]
+
+    def points(self, wanted: Wanted = lambda _: True) -> Received:
+        """Return the newest places of touches for which ``wanted`` holds."""
+        return self._await(self._points, self._heard_points, wanted)
+
+    def heard_points(self) -> list[Received]:
+        """Return all places that have been told so far."""
+        while (received := self._points.read()) is not None:
+            self._heard_points.insert(0, received)
+        return self._heard_points
+
+    def restarted(self) -> dict[str, Any]:
+        """Let the service begin anew, as a new process would; return its status."""
+        self.service.rebuild()
+        return self.service.status()
 
     def _await(self, port: Input, heard: list[Received], wanted: Wanted) -> Received:
         """Messages of silence follow soon, so the wanted one need not be the last."""

@@ -130,10 +130,68 @@ def test_tare_refuses_a_moving_robot(tared: Bench, recording: Recording) -> None
         tared.call("tare", {"seconds": 0.5}, moving)
 
 
-def test_calibration_raises_the_thresholds_to_a_motion(tared: Bench, recording: Recording) -> None:
-    answer = tared.call("calibrate", {"seconds": 0.3}, later(recording.pushed, 2.0))
-    assert answer["thresholds"]["l_arm"] > 20.0
-    assert answer["thresholds"]["r_arm"] < 7.0
+def test_the_whole_body_has_a_flag_with_statistic_and_threshold(
+    tared: Bench, recording: Recording
+) -> None:
+    body = tared.contacts(stamped(recording.quiet[-1][0])).data.body
+    assert (body["state"], body["onset"], body["valid"]) == ("none", 0, True)
+    assert body["statistic"] < body["threshold"]
+    tared.feed(recording.pushed)
+    contacts = tared.contacts(stamped(recording.pushed[-1][0]))
+    body, arm = contacts.data.body, flag(contacts, "l_arm")
+    assert body["state"] == "contact" and body["probability"] > 0.99
+    assert body["force"] == pytest.approx(15.0, abs=0.5)
+    assert body["onset"] <= arm["onset"]
+    assert arm["statistic"] > arm["threshold"] >= 6.5
+
+
+def test_a_calibration_outlives_the_service_until_it_is_forgotten(
+    tared: Bench, recording: Recording
+) -> None:
+    answer = tared.call("calibrate", {"seconds": 0.3}, later(recording.quiet, 2.0))
+    assert set(answer["thresholds"]) >= {"root", "l_arm"} and answer["samples"] > 50
+    assert "icub, on floor" in answer["message"]
+    again = tared.restarted()
+    assert again["calibration"]["date"] == answer["date"]
+    listed = tared.call("calibrations", {}, [])
+    assert [one["date"] for one in listed["calibrations"]] == [answer["date"]]
+    tared.call("forget_calibration", {"date": answer["date"]}, [])
+    assert tared.restarted()["calibration"]["loaded"] == "no calibration is stored"
+    with pytest.raises(RpcError, match="expected the date of one calibration"):
+        tared.call("use_calibration", {"date": answer["date"]}, [])
+
+
+def test_a_calibration_in_which_something_touches_is_refused(
+    tared: Bench, recording: Recording
+) -> None:
+    with pytest.raises(RpcError, match="are a touch"):
+        tared.call("calibrate", {"seconds": 0.3}, later(recording.pushed, 2.0))
+
+
+def test_the_place_of_a_touch_is_told_while_it_lasts(tared: Bench, recording: Recording) -> None:
+    tared.feed(recording.pushed)
+    told = tared.points(lambda one: bool(one.data.link)).data
+    assert told.link == ["l_forearm"] and told.unknown == ["force"]
+    np.testing.assert_allclose(told.point[0], recording.point, atol=0.01)
+    tared.feed(later(recording.quiet[:60], 4.0))
+    ended = tared.points(lambda one: not one.data.link and one.envelope.stamp > 5_000_000_000)
+    assert ended.envelope.valid
+
+
+def test_no_place_is_told_when_told_not_to(bench: Bench, recording: Recording) -> None:
+    bench.node.parameters.set("tell_points", False)
+    bench.feed(recording.quiet)
+    bench.feed(recording.pushed[:60])
+    assert bench.contacts(stamped(recording.pushed[59][0])).data.hypotheses
+    assert bench.heard_points() == []
+
+
+def test_a_start_in_contact_is_no_tare(bench: Bench, recording: Recording) -> None:
+    held = [(recording.pushed[0][0] + 4_000_000 * i, recording.pushed[-1][1]) for i in range(1500)]
+    bench.feed(held[::5])
+    contacts = bench.contacts(stamped(held[::5][-1][0]))
+    assert not contacts.envelope.valid
+    assert "more than a bias" in contacts.envelope.reason
 
 
 def test_on_the_pole_the_classical_residual_serves(bench: Bench, recording: Recording) -> None:

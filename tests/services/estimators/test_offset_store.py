@@ -9,7 +9,8 @@ from estimation.resting import RestingMean
 from estimation.tare import TareResult
 from estimation.torque_observer import TorqueObserver
 from robot_model import load_robot
-from services.torque_observer.offset_store import OffsetStore, StoreError
+from robot_model.dated_store import StoreError
+from services.torque_observer.offset_store import OffsetStore
 from services.torque_observer.offsets import Offsets
 
 ROBOT = load_robot("icub")
@@ -51,7 +52,7 @@ def test_a_tare_is_stored_with_all_that_belongs_to_it(offsets, tmp_path):
 
 def test_only_so_many_are_kept_and_the_oldest_goes(offsets, monkeypatch):
     stamps = iter(f"2026-01-0{day}T00:00:00.000Z" for day in range(1, 6))
-    monkeypatch.setattr("services.torque_observer.offsets.date_of", lambda now: next(stamps))
+    monkeypatch.setattr("services.torque_observer.offsets.date_of_now", lambda: next(stamps))
     for value in range(5):
         found(offsets, float(value))
     dates = [tare["date"][:10] for tare in offsets.listed()["tares"]]

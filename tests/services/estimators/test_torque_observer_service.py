@@ -103,6 +103,58 @@ def test_contact_points_move_the_contact_at_run_time(feed):
     np.testing.assert_allclose(said.point[arm], [0.0, 0.01, 0.05])
 
 
+@pytest.fixture
+def followed(node, start):
+    """An observer that reads where the contact detector finds touches."""
+    start("services.torque_observer", "--set", "follow_touches=true")
+    return Feed(node, Plant(ROBOT), "torque_observer")
+
+
+NOTHING = ContactPoints(link=[], point=np.zeros((0, 3)))
+FOREARM = ContactPoints(link=["l_forearm"], point=np.zeros((1, 3)), unknown=["force"])
+ARM = ROBOT.subtree_of("l_forearm")
+
+
+def test_a_touch_ends_with_the_detector_that_told_it(followed, hub):
+    (wrenches,) = ready(followed, "wrenches")
+    with Node("contact_detector", connect=hub, signals=False) as detector:
+        places = detector.output(ports.name("touch_points", ROBOT), ContactPoints)
+        detector.ready()
+
+        def touched():
+            places.write(FOREARM)
+            return says(wrenches, True, lambda d: d.kind[ARM] == "touch")
+
+        followed.until(touched)
+    followed.until(lambda: says(wrenches, True, lambda d: d.kind[ARM] == "default"))
+
+
+def test_a_detector_that_repeats_itself_leaves_alone_what_is_written_by_hand(followed, hub):
+    (wrenches,) = ready(followed, "wrenches")
+    hand = followed.writer(ports.name("contact_points", ROBOT), ContactPoints)
+    with Node("contact_detector", connect=hub, signals=False) as detector:
+        places = detector.output(ports.name("touch_points", ROBOT), ContactPoints)
+        detector.ready()
+
+        def said(by_detector, by_hand, kind):
+            places.write(by_detector)
+            if by_hand is not None:
+                hand.write(by_hand)
+            return says(wrenches, True, lambda d: d.kind[ARM] == kind)
+
+        followed.until(lambda: said(FOREARM, None, "touch"))
+        followed.until(lambda: said(NOTHING, None, "default"))
+        followed.until(lambda: said(NOTHING, FOREARM, "touch"))
+        kinds = set()
+        for _ in range(50):
+            places.write(NOTHING)
+            followed.step()
+            followed.node.wait(0.002)
+            while (received := wrenches.read()) is not None:
+                kinds.add(received.data.kind[ARM])
+        assert kinds == {"touch"}
+
+
 def test_contacts_on_one_subtree_share_its_wrench_and_what_is_undecided_is_told(feed):
     (wrenches,) = ready(feed, "wrenches")
     writer = feed.writer(ports.name("contact_points", ROBOT), ContactPoints)

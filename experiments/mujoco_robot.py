@@ -39,6 +39,18 @@ def add_imu(spec, robot: Robot, name: str) -> None:
         _add_sensor(spec, f"{name}_{kind}", kind, name)
 
 
+def add_rotors(spec, robot: Robot) -> None:
+    """Add the rotor inertia A = L L^T: column by column, tendons where joints are coupled."""
+    for i, column in enumerate(np.linalg.cholesky(robot.rotor_inertia).T):
+        moved = np.flatnonzero(column)
+        if len(moved) == 1:
+            spec.joint(robot.joints[i]).armature = float(column[i] ** 2)
+            continue
+        tendon = spec.add_tendon(name=f"rotor_{i}", armature=1.0)
+        for j in moved:
+            tendon.wrap_joint(robot.joints[j], float(column[j]))
+
+
 def add_site(spec, name: str, link: str, placement: pin.SE3) -> None:
     spec.body(link).add_site(name=name, **pose(placement))
 
@@ -52,9 +64,9 @@ def pose(placement: pin.SE3) -> dict[str, np.ndarray]:
 def add_force(data, link: str, point_world, force_world, moment_world=(0.0, 0.0, 0.0)) -> None:
     """Add a force and a moment on a link; needs the placements of the present state."""
     body = data.body(link)
-    lever = point_world - body.xipos
+    moment = pin.skew(point_world - body.xipos) @ force_world
     data.xfrc_applied[body.id, :3] += force_world
-    data.xfrc_applied[body.id, 3:] += moment_world + np.cross(lever, force_world)
+    data.xfrc_applied[body.id, 3:] += moment_world + moment
 
 
 def _add_sensor(spec, name: str, kind, site: str) -> None:

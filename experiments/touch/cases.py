@@ -1,0 +1,67 @@
+"""One run of the benchmark: all that chance decides, from a seed and an index alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from experiments.touch.motions import KINDS, PUSHED, drawn_motion
+from experiments.touch.pushes import PushGenerator, TouchPush
+from robot_model import Robot
+from robot_sim.motions import Motion
+
+TRIES = 200  # until a second push falls on another link of a sub-tree
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What the robot does and how it is pushed; a contact-free case has no pushes."""
+
+    seed: int
+    index: int
+    kind: str  # of motion
+    motion: Motion | None
+    wait: float  # s of motion before the push
+    pushes: tuple[TouchPush, ...]
+
+    @property
+    def base(self) -> str:
+        return KINDS[self.kind].base
+
+    @property
+    def noise(self) -> int:
+        """Seed of the errors of sensors and model."""
+        return int(np.random.SeedSequence([self.seed, self.index, 3]).generate_state(1)[0])
+
+
+def pushed_case(
+    generator: PushGenerator, robot: Robot, seed: int, index: int, contacts: str = "one"
+) -> Case:
+    """Draw a run; the first push is the same however many contacts there are."""
+    random = np.random.default_rng([seed, index])
+    kind = str(random.choice(PUSHED, p=(0.28, 0.28, 0.28, 0.16)))
+    motion, wait = drawn_motion(robot, kind, random), float(random.uniform(0.2, 0.8))
+    base = KINDS[kind].base
+    subtrees = generator.subtrees(base)
+    chosen = int(random.choice(subtrees))
+    first = generator.draw(random, chosen, base)
+    pushes = [first]
+    if contacts == "apart":
+        other = int(random.choice([i for i in subtrees if i != chosen]))
+        pushes.append(generator.draw(random, other, base))
+    if contacts == "together":
+        others = (generator.draw(random, chosen, base) for _ in range(TRIES))
+        pushes += [next(other for other in others if other.link != first.link)]
+    if contacts != "one":  # so that both are there at one time
+        pushes = [_like(push, first) for push in pushes]
+    return Case(seed, index, kind, motion, wait, tuple(pushes))
+
+
+def _like(push: TouchPush, first: TouchPush) -> TouchPush:
+    return TouchPush(push.link, push.point, push.force, first.kind, first.shape)
+
+
+def contact_free_case(robot: Robot, seed: int, index: int) -> Case:
+    """Draw a run without pushes; kinds of motion take turns."""
+    random = np.random.default_rng([seed, index, 1])
+    kind = tuple(KINDS)[index % len(KINDS)]
+    return Case(seed, index, kind, drawn_motion(robot, kind, random), 0.0, ())
