@@ -1,6 +1,6 @@
 """Residuals and contacts over a log, as the contact detector says them live."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -15,7 +15,7 @@ Array = np.ndarray
 Upward = Callable[[SensorFrame, int], Array | None]  # of a frame and its row: (3,) in base axes
 AT_ONCE = -(1 << 62)  # ns, before every stamp
 UNKNOWN = Localisation((), 0.0)
-RESIDUALS = ("internal", "external", "classical")
+RESIDUALS = ("external", "internal", "classical")
 
 
 class ContactLog:
@@ -44,15 +44,14 @@ class ContactLog:
         self._upward = upward or (lambda frame, row: None)
         self._period, self._locate_period = round(1e9 / rate), round(1e9 / locate_rate)
         self._next = self._next_location = AT_ONCE  # stamps, ns
-        n = bank.robot.n
         # what was said at the samples at which it was due; the row after the last says nothing
-        widths = zip(RESIDUALS, (n, 6, n), strict=True)
-        self._residuals = {name: np.zeros((size + 1, width)) for name, width in widths}
-        self._residuals_valid = {name: np.zeros(size + 1, dtype=bool) for name in RESIDUALS}
+        self._residuals = np.zeros((size + 1, 6 + 2 * bank.robot.n))
+        self._residuals_valid = np.zeros((size + 1, len(RESIDUALS)), dtype=bool)
         self._judged = np.zeros(size + 1, dtype=bool)
         self._place = np.zeros(size + 1, dtype=int)  # index in ``_found``
         self._found = [UNKNOWN, NOWHERE]
         self._due = np.full(size, size)  # row that holds at each sample
+        self._said: list[int] = []  # rows of the present block at which something was due
 
     def tare(self, blocks: Iterable[SensorBlock]) -> None:
         """Take what a resting robot shows for zero, then forget the samples.
@@ -62,9 +61,9 @@ class ContactLog:
         """
         period = QuietPeriod(self.bank.robot.joints)
         for block in blocks:
-            for i, stamp in enumerate(block.stamp.tolist()):
-                if self._step(block.frame(i), block.rows.start + i, stamp) and block.complete:
-                    self._collect(period, block.frame(i))
+            for i, frame in self._frames(block):
+                if self._step(frame, block.rows.start + i, int(block.stamp[i])) and block.complete:
+                    self._collect(period, frame)
         quiet = period.finish()
         self.detector.tare(quiet)
         self.bank.tare(quiet)
@@ -72,13 +71,35 @@ class ContactLog:
 
     def add(self, block: SensorBlock) -> None:
         """Take some samples."""
-        for row, stamp in enumerate(block.stamp.tolist(), start=block.rows.start):
-            frame = block.frame(row - block.rows.start)
+        first = block.rows.start
+        for i, frame in self._frames(block):
+            row, stamp = first + i, int(block.stamp[i])
             if self._step(frame, row, stamp):
                 self._keep(row)
                 self._locate(frame, row, stamp)
-                self._last = row
-            self._due[row] = self._last
+                self._said.append(row)
+        said = np.array(self._said)
+        rows = np.arange(first, block.rows.stop)
+        self._due[block.rows] = said[np.searchsorted(said, rows, side="right") - 1]
+        self._said = self._said[-1:]
+
+    def _frames(self, block: SensorBlock) -> Iterator[tuple[int, SensorFrame]]:
+        """Yield the samples that must be looked at, and integrate over the others."""
+        if not (block.complete and self.bank.floating):
+            yield from ((i, block.frame(i)) for i in range(len(block)))
+            return
+        begin = 0
+        for i, stamp in enumerate(block.stamp.tolist()):
+            if stamp >= self._next:
+                self._pass_over(block, slice(begin, i))
+                yield i, block.frame(i)
+                begin = i + 1
+        self._pass_over(block, slice(begin, len(block)))
+
+    def _pass_over(self, block: SensorBlock, rows: slice) -> None:
+        inertial = block.imu_gyro[rows, 0], block.imu_acc[rows, 0]
+        stamps = block.stamp[rows].tolist()
+        self.bank.pass_over(stamps, block.motor_torque[rows], block.ft[rows], *inertial)
 
     def _step(self, frame: SensorFrame, row: int, stamp: int) -> bool:
         """Take one sample; return whether residuals and flags were due."""
@@ -99,10 +120,7 @@ class ContactLog:
         self._next = AT_ONCE
 
     def _keep(self, row: int) -> None:
-        message = self.bank.message()
-        for name in RESIDUALS:
-            self._residuals[name][row] = getattr(message, name)
-            self._residuals_valid[name][row] = getattr(message, f"valid_{name}")
+        self._residuals[row], self._residuals_valid[row] = self.bank.tared, self.bank.flags
         self._judged[row] = any(flag.valid for flag in self._flags)
 
     def _locate(self, frame: SensorFrame, row: int, stamp: int) -> None:
@@ -117,7 +135,10 @@ class ContactLog:
 
     def residual(self, name: str) -> tuple[Array, Array]:
         """Return a residual, (T, n) or external (T, 6), and where it is valid (T,)."""
-        return self._residuals[name][self._due], self._residuals_valid[name][self._due]
+        column, n = RESIDUALS.index(name), self.bank.robot.n
+        columns = (slice(6), slice(6, 6 + n), slice(6 + n, None))[column]
+        valid = self._residuals_valid[self._due, column]
+        return np.where(valid[:, None], self._residuals[self._due, columns], 0.0), valid
 
     @property
     def valid(self) -> Array:

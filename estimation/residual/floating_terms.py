@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import get_lapack_funcs
 
 Array = np.ndarray
-(_posv,) = get_lapack_funcs(("posv",))
+_potrf, _potrs = get_lapack_funcs(("potrf", "potrs"))
 
 
 def floating_terms(
@@ -29,21 +29,20 @@ def floating_terms(
             and torques of the joints, (6 + n,).
         mean_force: Known generalised force that shall stay out of the rates, (6 + n,).
 
-    Source: R eqs. (11) to (16), with G = I0^-1 F and w = I0^-1 p0 = v_0 + G dq. The motion
-    u = v - [w; 0] is that of a base without momentum: H_fb dq = (M u)_j. Of a force x the
-    joints feel x_j - G^T x_0; in their rate x = C^T u - C [w; 0] + force.
+    Source: R eqs. (11) to (16), with G = I0^-1 F and w = I0^-1 p0. From what the joints
+    feel of x, x_j - G^T x_0, follow H_fb dq (x = M v) and its rate (x = C^T v + force
+    - dM/dt [w; 0], because dG/dt^T p0 is what the joints feel of dM/dt [w; 0]).
     """
-    gives = _posv(mass[:6, :6], mass[:6, 6:])[1]  # G, (6, n)
-    w = velocity[:6] + gives @ velocity[6:]
-    both, terms = np.empty((2, len(velocity))), np.empty((3, 2, len(velocity)))
-    both[:] = velocity  # v and u
-    both[1, :6] -= w
-    np.matmul(both, mass, out=terms[0])
-    np.matmul(both, coriolis, out=terms[1])
-    terms[1] += force
-    terms[1, 1] -= coriolis[:, :6] @ w
-    terms[2] = mean_force
-    felt = terms[1:, 1]
-    felt[:, 6:] -= felt[:, :6] @ gives
-    terms[:, 1, :6] = 0.0
+    inertia, coupling = _potrf(mass[:6, :6])[0], mass[:6, 6:]  # I0, factorised, and F
+    momentum, rate = velocity.dot(mass), velocity.dot(coriolis)
+    rate += force
+    w = _potrs(inertia, momentum[:6])[0]
+    terms = np.zeros((3, 2, len(velocity)))
+    terms[0], terms[1], terms[2] = momentum, rate, mean_force
+    felt = terms[:, 1]
+    felt[1] -= coriolis[:, :6].dot(w)
+    felt[1] -= w.dot(coriolis[:6])
+    by_base = _potrs(inertia, felt[:, :6].T)[0]
+    felt[:, 6:] -= by_base.T.dot(coupling)
+    felt[:, :6] = 0.0
     return terms

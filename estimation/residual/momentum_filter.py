@@ -72,7 +72,7 @@ class MomentumFilter:
             self._step = period
             self._weights = np.array([-1.0 / period, -0.5, 1.0 / period, -0.5, -1.0])
             self._blend = -np.expm1(-self._gain * period)
-        change = self._weights @ self._rows
+        change = self._weights.dot(self._rows)
         change -= self.residual
         change *= self._blend
         self.residual += change

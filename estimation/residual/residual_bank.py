@@ -1,5 +1,6 @@
 """All residuals of a robot, with what is valid, their offsets and their thresholds."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,15 +80,12 @@ class ResidualBank:
             due: Whether the residuals are wanted now. Every sample is integrated, the
                 momenta of a floating base are computed only where it matters.
         """
-        period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
-        if period > self.settings.longest_gap:
-            self.reset()
+        period = self._elapsed(stamp)
         self.reason = self._missing(frame, up_base)
         if self.reason:
             self._flags = (False, False, False)
             self.reset()
             return
-        self._stamp = stamp
         torque = frame.motor_torque_valid
         if self._floating is not None:
             gyro, acc = frame.imu_gyro[0], frame.imu_acc[0]
@@ -98,6 +96,27 @@ class ResidualBank:
         elif self._fixed is not None and up_base is not None:
             self._fixed.step(frame.q, frame.dq, frame.motor_torque, up_base, period)
             self._flags = (False, False, torque)
+
+    def pass_over(
+        self, stamps: Sequence[int], motor_torque: Array, ft: Array, gyro: Array, acc: Array
+    ) -> None:
+        """Take B complete samples of a floating base at which no residuals are wanted.
+
+        Args:
+            stamps: B times [ns], rising.
+            motor_torque, ft, gyro, acc: (B, …), as in a frame, of the first inertial sensor.
+        """
+        assert self._floating is not None
+        for stamp, *sample in zip(stamps, motor_torque, ft, gyro, acc, strict=True):
+            self._floating.add(*sample, self._elapsed(stamp))
+
+    def _elapsed(self, stamp: int) -> float:
+        """Return the time since the last sample [s]; a gap starts the residuals again."""
+        period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
+        if period > self.settings.longest_gap:
+            self.reset()
+        self._stamp = stamp
+        return period
 
     def _missing(self, frame: SensorFrame, up_base: Array | None) -> str:
         """Why there is no residual at all, "" if there is."""
@@ -112,11 +131,15 @@ class ResidualBank:
         return f"{lost[0]} is {why.get(lost[0], 'invalid')}" if lost else ""
 
     @property
+    def floating(self) -> bool:
+        """Whether the base is free, all its supports being measured."""
+        return self._floating is not None
+
+    @property
     def values(self) -> Array:
         """External, internal and classical residual before the tare, (6 + 2 n,)."""
         if self._floating is not None:
-            sample = self._floating.sample
-            return np.concatenate((sample.external, sample.internal, sample.classical))
+            return self._floating.values
         assert self._fixed is not None
         return np.concatenate((self._zero_base, self._zero, self._fixed.residual))
 
@@ -125,9 +148,19 @@ class ResidualBank:
         self._offset = quiet.residual_mean.copy()
         self._threshold = np.maximum(self._floor(), self.settings.sigmas * quiet.residual_std)
 
+    @property
+    def tared(self) -> Array:
+        """External, internal and classical residual after the tare, (6 + 2 n,)."""
+        return self.values - self._offset
+
+    @property
+    def flags(self) -> tuple[bool, bool, bool]:
+        """Whether the external, the internal and the classical residual are valid."""
+        return self._flags
+
     def message(self) -> Residuals:
         """Return the residuals after the tare; those that are not valid are zero."""
-        n, values = self.robot.n, self.values - self._offset
+        n, values = self.robot.n, self.tared
         external, internal, classical = self._flags
         joint_threshold = self._threshold[6 + n :] if self._fixed else self._threshold[6 : 6 + n]
         return Residuals(

@@ -121,10 +121,13 @@ class FloatingResiduals:
     @property
     def sample(self) -> ResidualSample:
         """The residuals after the last step; zero after a reset."""
-        residual = self._filter.residual
-        return ResidualSample(
-            residual[self._internal], residual[:6].copy(), residual[self._classical]
-        )
+        values, n = self.values, self.robot.n
+        return ResidualSample(values[6 : 6 + n], values[:6], values[6 + n :])
+
+    @property
+    def values(self) -> Array:
+        """The same in one piece: external, internal and classical, (6 + 2 n,)."""
+        return self._filter.residual.take(self._told)
 
     def _bind(self, joint_v: Array) -> None:
         """Take views of Pinocchio's results, which stay where they are in memory."""
@@ -134,6 +137,7 @@ class FloatingResiduals:
         self._q = pin.neutral(self._model)
         self._v, self._acting = np.zeros(nv), np.zeros(nv)
         self._classical, self._internal = joint_v, joint_v + nv
+        self._told = np.concatenate((np.arange(6), self._internal, self._classical))
         self._imu_twist = np.zeros(6)
         # in Pinocchio's order: adding arrays of unlike orders takes four times as long
         self._rotors = np.zeros((nv, nv), order="F")
@@ -141,7 +145,7 @@ class FloatingResiduals:
         coefficients = np.zeros((2, nv))
         coefficients[:, joint_v] = robot.viscous, robot.coulomb
         self._friction = JointFriction(*coefficients)
-        self._impulse = _Impulse(robot.n, len(robot.ft_sensors))
+        self._impulse = _Impulse()
 
     def _place(self, q: Array, dq: Array) -> None:
         layout = self._layout
@@ -156,7 +160,7 @@ class FloatingResiduals:
         acting[:6], acting[layout.joint_v] = 0.0, torque
         for sensor, frame in zip(layout.sensors, layout.sensor_frames, strict=True):
             # the foot on its parent: minus the reading
-            acting -= ft[sensor] @ self._jacobian(frame)
+            acting -= ft[sensor].dot(self._jacobian(frame))
 
     def _jacobian(self, frame: int) -> Array:
         """Jacobian of a frame in its own axes, (6, nv)."""
@@ -168,7 +172,7 @@ class FloatingResiduals:
         twist[:3], twist[3:] = self._fall.velocity, self._gyro
         place = pin.updateFramePlacement(self._model, self._data, imu)
         v[:6] = 0.0
-        v[:6] = place.toActionMatrix() @ (twist - self._jacobian(imu) @ v)
+        v[:6] = place.toActionMatrix().dot(twist - self._jacobian(imu).dot(v))
         pin.computeCoriolisMatrix(self._model, self._data, self._q, v)
         friction = self._friction.torque(v)
         return floating_terms(self._mass, self._coriolis, v, friction, self._acting).reshape(3, -1)
@@ -177,26 +181,30 @@ class FloatingResiduals:
 class _Impulse:
     """Means of motor torques and readings between two evaluations, by the trapezoidal rule."""
 
-    def __init__(self, n: int, k: int):
-        self._n, self._k = n, k
-        self._sum, self._last, self._mean = np.zeros((3, n + 6 * k))
-        self._time = 0.0
+    def __init__(self) -> None:
+        # samples since the last evaluation, its own included, and the times between them
+        self._torques: list[Array] = []
+        self._readings: list[Array] = []
+        self._periods: list[float] = []
 
     def add(self, torque: Array, ft: Array, period: float) -> None:
         """Add a sample ``period`` seconds after the last one; 0 starts again."""
-        now = np.concatenate((torque, ft), axis=None)
         if period <= 0.0:
-            self._sum[:], self._time = 0.0, 0.0
+            self._torques, self._readings, self._periods = [], [], []
         else:
-            self._last += now
-            self._last *= 0.5 * period
-            self._sum += self._last
-            self._time += period
-        self._last = now
+            self._periods.append(period)
+        self._torques.append(torque)
+        self._readings.append(ft)
 
     def take_mean(self) -> tuple[Array, Array, float]:
         """Return mean torque and readings since the last call, and the time passed [s]."""
-        time = self._time
-        np.multiply(self._sum, 1.0 / time if time else 0.0, out=self._mean)
-        self._sum[:], self._time = 0.0, 0.0
-        return self._mean[: self._n], self._mean[self._n :].reshape(self._k, 6), time
+        torques, readings, periods = self._torques, self._readings, self._periods
+        self._torques, self._readings, self._periods = torques[-1:], readings[-1:], []
+        time = sum(periods)
+        if len(periods) == 1:
+            return 0.5 * (torques[0] + torques[1]), 0.5 * (readings[0] + readings[1]), time
+        half = 0.5 / time if time else 0.0
+        before, after = [0.0, *periods], [*periods, 0.0]
+        weights = [half * (x + y) for x, y in zip(before, after, strict=True)]
+        flat = np.array(readings).reshape(len(readings), -1)
+        return np.dot(weights, torques), np.dot(weights, flat).reshape(readings[0].shape), time
