@@ -1,6 +1,7 @@
 """Residuals and contacts over a log, as the contact detector says them live."""
 
 from collections.abc import Callable, Iterable, Iterator
+from itertools import repeat
 
 import numpy as np
 
@@ -61,9 +62,9 @@ class ContactLog:
         """
         period = QuietPeriod(self.bank.robot.joints)
         for block in blocks:
-            for i, frame in self._frames(block):
-                if self._step(frame, block.rows.start + i, int(block.stamp[i])) and block.complete:
-                    self._collect(period, frame)
+            for _, frame, residuals in self._judge(block):
+                if block.complete:
+                    self._collect(period, frame, residuals)
         quiet = period.finish()
         self.detector.tare(quiet)
         self.bank.tare(quiet)
@@ -71,66 +72,70 @@ class ContactLog:
 
     def add(self, block: SensorBlock) -> None:
         """Take some samples."""
-        first = block.rows.start
-        for i, frame in self._frames(block):
-            row, stamp = first + i, int(block.stamp[i])
-            if self._step(frame, row, stamp):
-                self._keep(row)
-                self._locate(frame, row, stamp)
-                self._said.append(row)
-        said = np.array(self._said)
-        rows = np.arange(first, block.rows.stop)
+        for row, frame, residuals in self._judge(block):
+            self._residuals[row] = residuals - self.bank.offset
+            self._residuals_valid[row] = self._residual_flags
+            self._judged[row] = any(flag.valid for flag in self._flags)
+            self._locate(frame, row)
+            self._said.append(row)
+        said, rows = np.array(self._said), np.arange(block.rows.start, block.rows.stop)
         self._due[block.rows] = said[np.searchsorted(said, rows, side="right") - 1]
         self._said = self._said[-1:]
 
-    def _frames(self, block: SensorBlock) -> Iterator[tuple[int, SensorFrame]]:
-        """Yield the samples that must be looked at, and integrate over the others."""
-        if not (block.complete and self.bank.floating):
-            yield from ((i, block.frame(i)) for i in range(len(block)))
-            return
-        begin = 0
+    def _judge(self, block: SensorBlock) -> Iterator[tuple[int, SensorFrame, Array]]:
+        """Yield row, frame and untared residuals of the samples at which flags were due."""
+        for i, residuals, flags in self._residuals_of(block):
+            frame, self._residual_flags = block.frame(i), flags
+            self._stamp = int(block.stamp[i])
+            self._flags = self.detector.step(frame, self._stamp)
+            yield block.rows.start + i, frame, residuals
+
+    def _residuals_of(self, block: SensorBlock) -> Iterable[tuple[int, Array, tuple[bool, ...]]]:
+        due = self._due_in(block.stamp)
+        if not (block.complete and self.bank.can_step_over(block.stamp)):
+            return self._one_by_one(block, due)
+        acting = block.motor_torque, block.ft, block.imu_gyro[:, 0], block.imu_acc[:, 0]
+        motion, rows = (block.q, block.dq), np.array(due, dtype=int)
+        torque = block.motor_torque_valid
+        values = self.bank.step_over(block.stamp, acting, motion, rows, torque)
+        return zip(due, values, repeat(self.bank.flags), strict=False)
+
+    def _one_by_one(
+        self, block: SensorBlock, due: list[int]
+    ) -> Iterator[tuple[int, Array, tuple[bool, ...]]]:
+        wanted, first = set(due), block.rows.start
         for i, stamp in enumerate(block.stamp.tolist()):
+            frame = block.frame(i)
+            self.bank.step(frame, stamp, self._upward(frame, first + i), i in wanted)
+            if i in wanted:
+                yield i, self.bank.values, self.bank.flags
+
+    def _due_in(self, stamps: Array) -> list[int]:
+        """Return the indices of the samples at which something is due."""
+        due = []
+        for i, stamp in enumerate(stamps.tolist()):
             if stamp >= self._next:
-                self._pass_over(block, slice(begin, i))
-                yield i, block.frame(i)
-                begin = i + 1
-        self._pass_over(block, slice(begin, len(block)))
-
-    def _pass_over(self, block: SensorBlock, rows: slice) -> None:
-        inertial = block.imu_gyro[rows, 0], block.imu_acc[rows, 0]
-        stamps = block.stamp[rows].tolist()
-        self.bank.pass_over(stamps, block.motor_torque[rows], block.ft[rows], *inertial)
-
-    def _step(self, frame: SensorFrame, row: int, stamp: int) -> bool:
-        """Take one sample; return whether residuals and flags were due."""
-        due = stamp >= self._next
-        self.bank.step(frame, stamp, self._upward(frame, row), due)
-        if due:
-            self._next = max(self._next + self._period, stamp + self._period // 2)
-            self._flags = self.detector.step(frame, stamp)
+                due.append(i)
+                self._next = max(self._next + self._period, stamp + self._period // 2)
         return due
 
-    def _collect(self, period: QuietPeriod, frame: SensorFrame) -> None:
+    def _collect(self, period: QuietPeriod, frame: SensorFrame, residuals: Array) -> None:
         rows, untared = self.detector.rows, self.detector.untared_rows
-        period.add(frame, untared, rows.predicted, rows.wrenches(untared), self.bank.values)
+        period.add(frame, untared, rows.predicted, rows.wrenches(untared), residuals)
 
     def _restart(self) -> None:
         self.detector.reset()
         self.bank.reset()
         self._next = AT_ONCE
 
-    def _keep(self, row: int) -> None:
-        self._residuals[row], self._residuals_valid[row] = self.bank.tared, self.bank.flags
-        self._judged[row] = any(flag.valid for flag in self._flags)
-
-    def _locate(self, frame: SensorFrame, row: int, stamp: int) -> None:
+    def _locate(self, frame: SensorFrame, row: int) -> None:
         if not self.detector.touched:
             self._next_location = AT_ONCE
             self._where = 1 if self._judged[row] else 0
-        elif stamp >= self._next_location:
+        elif self._stamp >= self._next_location:
             self._found.append(self.detector.locate(frame))
             self._where = len(self._found) - 1
-            self._next_location = stamp + self._locate_period
+            self._next_location = self._stamp + self._locate_period
         self._place[row] = self._where
 
     def residual(self, name: str) -> tuple[Array, Array]:

@@ -1,6 +1,5 @@
 """All residuals of a robot, with what is valid, their offsets and their thresholds."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,29 +85,52 @@ class ResidualBank:
             self._flags = (False, False, False)
             self.reset()
             return
-        torque = frame.motor_torque_valid
+        self._tell(frame.motor_torque_valid)
         if self._floating is not None:
             gyro, acc = frame.imu_gyro[0], frame.imu_acc[0]
             self._floating.add(frame.motor_torque, frame.ft, gyro, acc, period)
             if due:
                 self._floating.evaluate(frame.q, frame.dq)
-            self._flags = (True, torque, torque and self.settings.classical)
         elif self._fixed is not None and up_base is not None:
             self._fixed.step(frame.q, frame.dq, frame.motor_torque, up_base, period)
-            self._flags = (False, False, torque)
 
-    def pass_over(
-        self, stamps: Sequence[int], motor_torque: Array, ft: Array, gyro: Array, acc: Array
-    ) -> None:
-        """Take B complete samples of a floating base at which no residuals are wanted.
+    def can_step_over(self, stamps: Array) -> bool:
+        """Whether ``step_over`` serves at these times [ns]: a floating base, and no gap."""
+        steps = np.diff(stamps, prepend=stamps[0] if self._stamp is None else self._stamp)
+        return self._floating is not None and steps.max() * 1e-9 <= self.settings.longest_gap
+
+    def step_over(
+        self,
+        stamps: Array,
+        acting: tuple[Array, Array, Array, Array],
+        motion: tuple[Array, Array],
+        due: Array,
+        torque_valid: bool,
+    ) -> Array:
+        """Take B complete samples at once; the numbers are those of ``step``.
 
         Args:
-            stamps: B times [ns], rising.
-            motor_torque, ft, gyro, acc: (B, …), as in a frame, of the first inertial sensor.
+            stamps: Their times [ns], (B,) rising.
+            acting: motor_torque, ft, gyro and acc of the first inertial sensor, (B, …) each.
+            motion: q and dq, (B, n).
+            due: (D,) indices of the samples at which residuals are wanted.
+            torque_valid: Whether motor torques are measured.
+
+        Returns:
+            ``values`` at those samples, (D, 6 + 2 n).
         """
         assert self._floating is not None
-        for stamp, *sample in zip(stamps, motor_torque, ft, gyro, acc, strict=True):
-            self._floating.add(*sample, self._elapsed(stamp))
+        q, dq = motion
+        periods = [self._elapsed(stamp) for stamp in stamps.tolist()]
+        self._tell(torque_valid)
+        return self._floating.evaluate_over(periods, acting, due, q[due], dq[due])
+
+    def _tell(self, torque: bool) -> None:
+        self.reason = ""
+        if self._floating is not None:
+            self._flags = (True, torque, torque and self.settings.classical)
+        else:
+            self._flags = (False, False, torque)
 
     def _elapsed(self, stamp: int) -> float:
         """Return the time since the last sample [s]; a gap starts the residuals again."""
@@ -131,11 +153,6 @@ class ResidualBank:
         return f"{lost[0]} is {why.get(lost[0], 'invalid')}" if lost else ""
 
     @property
-    def floating(self) -> bool:
-        """Whether the base is free, all its supports being measured."""
-        return self._floating is not None
-
-    @property
     def values(self) -> Array:
         """External, internal and classical residual before the tare, (6 + 2 n,)."""
         if self._floating is not None:
@@ -149,9 +166,9 @@ class ResidualBank:
         self._threshold = np.maximum(self._floor(), self.settings.sigmas * quiet.residual_std)
 
     @property
-    def tared(self) -> Array:
-        """External, internal and classical residual after the tare, (6 + 2 n,)."""
-        return self.values - self._offset
+    def offset(self) -> Array:
+        """What the tare takes from ``values``."""
+        return self._offset
 
     @property
     def flags(self) -> tuple[bool, bool, bool]:
@@ -160,7 +177,7 @@ class ResidualBank:
 
     def message(self) -> Residuals:
         """Return the residuals after the tare; those that are not valid are zero."""
-        n, values = self.robot.n, self.tared
+        n, values = self.robot.n, self.values - self._offset
         external, internal, classical = self._flags
         joint_threshold = self._threshold[6 + n :] if self._fixed else self._threshold[6 : 6 + n]
         return Residuals(

@@ -213,3 +213,24 @@ def test_residuals_evaluated_at_every_fourth_sample_are_the_same(robot: Robot) -
             fourth.evaluate(frame.q, frame.dq)
     np.testing.assert_allclose(fourth.sample.external, every.sample.external, atol=0.1)
     np.testing.assert_allclose(fourth.sample.internal, every.sample.internal, atol=0.03)
+
+
+def test_many_samples_at_once_give_the_numbers_of_one_by_one(robot: Robot) -> None:
+    rng, size = np.random.default_rng(5), 300  # 0.6 s: the frame falls anew twice
+    n, k = robot.n, len(robot.ft_sensors)
+    shapes = {"torque": (n,), "ft": (k, 6), "gyro": (3,), "acc": (3,), "q": (n,), "dq": (n,)}
+    torque, ft, gyro, acc, q, dq = (rng.normal(size=(size, *s)) for s in shapes.values())
+    singly, together = FloatingResiduals(robot), FloatingResiduals(robot)
+    expected = []
+    for i in range(size):
+        singly.add(torque[i], ft[i], gyro[i], acc[i], 2e-3)
+        if i % 3 == 1:
+            singly.evaluate(q[i], dq[i])
+            expected.append(singly.values)
+    found = []
+    for block in np.split(np.arange(size), [100, 101, 240]):
+        due = np.flatnonzero(block % 3 == 1)
+        rows, stacked = block[due], (torque[block], ft[block], gyro[block], acc[block])
+        periods = [2e-3] * len(block)
+        found += list(together.evaluate_over(periods, stacked, due, q[rows], dq[rows]))
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
