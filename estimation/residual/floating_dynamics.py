@@ -51,7 +51,7 @@ class FloatingDynamics:
     def terms(self, twist: Array) -> Array:
         """Return the terms at the posture; ``twist`` (6,) is that of the inertial sensor.
 
-        (3, 2 nv): momenta, rates and forces; columns of the whole robot, then of the joints.
+        (3, 6 + 2 n): momenta, rates and forces.
         """
         v, imu = self._v, self._layout.imu_frame
         to_base = pin.updateFramePlacement(self._model, self._data, imu).toActionMatrix()
@@ -59,18 +59,17 @@ class FloatingDynamics:
         v[:6] = to_base.dot(twist - self._jacobian(imu).dot(v))
         pin.computeCoriolisMatrix(self._model, self._data, self._q, v)
         friction = self._friction.torque(v)
-        return floating_terms(self._mass, self._coriolis, v, friction, self._acting).reshape(3, -1)
+        return floating_terms(self._mass, self._coriolis, v, friction, self._acting)
 
     def terms_over(self, q: Array, dq: Array, torque: Array, ft: Array, twist: Array) -> Array:
-        """Return the terms of D postures, (3, D, 2 nv); arguments are stacked."""
+        """Return the terms of D postures, (3, D, 6 + 2 n); arguments are stacked."""
         configuration, v, acting = self._stacked(q, dq, torque)
         mass, jacobians, to_base = self._placed(configuration)
         readings = ft[:, self._layout.sensors].reshape(len(q), -1)
         acting -= np.vecmat(readings, jacobians[:, 1:].reshape(len(q), -1, self.nv))
         v[:, :6] = np.matvec(to_base, twist - np.matvec(jacobians[:, 0], v))
         coriolis = self._coriolis_of(configuration, v)
-        terms = floating_terms(mass, coriolis, v, self._friction.torque(v), acting)
-        return terms.transpose(0, 2, 1, 3).reshape(3, len(q), -1)
+        return floating_terms(mass, coriolis, v, self._friction.torque(v), acting)
 
     def _jacobian(self, frame: int) -> Array:
         """Jacobian of a frame in its own axes, (6, nv)."""

@@ -21,18 +21,18 @@ def _solve_many(inertia: Array, wrenches: Array) -> Array:
 
 
 # row times matrix, matrix times vector, solution; those for stacks take twice as long for one
-_ONE = (np.dot, np.dot, _solve_one)
+_ONE = (np.ndarray.dot, np.ndarray.dot, _solve_one)
 _MANY = (np.vecmat, np.matvec, _solve_many)
 
 
 def floating_terms(
-    mass: Array, coriolis: Array, velocity: Array, force: Array, mean_force: Array | float = 0.0
+    mass: Array, coriolis: Array, velocity: Array, force: Array, mean_force: Array
 ) -> Array:
-    """Return momenta, their known rates, and the mean force, (3, 2, …, 6 + n).
+    """Return momenta, their known rates, and the mean force, (3, …, 6 + 2 n).
 
-    Of each the first row, [base, joints], is that of the external residual (R eq. 16) and
-    the classical one (7). The second, [0, joints], is what the joints feel while the base
-    gives way: H_fb dq (11), its rate, and the force (12).
+    The first 6 + n columns, [base, joints], are those of the external residual (R eq. 16)
+    and the classical one (7). The last n are what the joints feel while the base gives
+    way: H_fb dq (11), its rate, and the force (12).
 
     Args:
         mass: Joint-space inertia M in the base's axes, (…, 6 + n, 6 + n).
@@ -50,12 +50,10 @@ def floating_terms(
     inertia, coupling = mass[..., :6, :6], mass[..., :6, 6:]  # I0 and F
     momentum, rate = vecmat(velocity, mass), vecmat(velocity, coriolis)
     rate += force
+    whole = np.array((momentum, rate, mean_force))
     w = solve(inertia, momentum[..., :6])
-    terms = np.zeros((3, 2, *velocity.shape))
-    terms[0], terms[1], terms[2] = momentum, rate, mean_force
-    felt = terms[:, 1]
+    felt = whole.copy()
     felt[1] -= matvec(coriolis[..., :6], w)
     felt[1] -= vecmat(w, coriolis[..., :6, :])
-    felt[..., 6:] -= vecmat(solve(inertia, felt[..., :6]), coupling)
-    felt[..., :6] = 0.0
-    return terms
+    given = vecmat(solve(inertia, felt[..., :6]), coupling)
+    return np.concatenate((whole, felt[..., 6:] - given), axis=-1)

@@ -50,10 +50,10 @@ class FloatingResiduals:
             raise ValueError(f"support '{support}' of {robot.name} is not measured")
         self.robot = robot
         self._dynamics = FloatingDynamics(robot, support)
-        nv, joint_v = self._dynamics.nv, self._dynamics.joint_v
-        self._classical, self._internal = joint_v, joint_v + nv
+        self._classical = self._dynamics.joint_v
+        self._internal = self._classical + robot.n
         self._told = np.concatenate((np.arange(6), self._internal, self._classical))
-        self._filter = MomentumFilter(2 * nv, 1.0)
+        self._filter = MomentumFilter(len(self._told), 1.0)
         self.set_gains(internal_gain, external_gain)
         self._fall, self._impulse = FreeFallVelocity(), Impulse()
         self._rebase_time = rebase_time
@@ -94,7 +94,6 @@ class FloatingResiduals:
 
     def add(self, motor_torque: Array, ft: Array, gyro: Array, acc: Array, period: float) -> None:
         """Integrate what acts, at every sample; a tenth of the work of ``evaluate``."""
-        self._gyro = gyro
         first = self._age < 0.0
         if first:
             self._fall.reset(gyro, acc)
@@ -108,11 +107,9 @@ class FloatingResiduals:
         """Bring the residuals up to the sample added last, whose motion this is."""
         torque, ft, period, twist, old = self._interval()
         self._dynamics.place(q, dq, torque, ft)
-        momentum, rate, force = self._dynamics.terms(twist)
-        self._filter.step(momentum, rate, period, force)
+        self._filter.step_terms(self._dynamics.terms(twist), period)
         if old:
-            momentum, rate, _ = self._dynamics.terms(_anew(twist))
-            self._filter.rebase(momentum, rate)
+            self._filter.rebase(self._dynamics.terms(_anew(twist)))
 
     def evaluate_over(
         self,
@@ -139,18 +136,18 @@ class FloatingResiduals:
                 intervals.append(self._interval())
         values = np.zeros((len(intervals), len(self._told)))
         for row, (now, anew) in enumerate(self._terms_over(q, dq, intervals)):
-            self._filter.step(now[0], now[1], intervals[row].period, now[2])
+            self._filter.step_terms(now, intervals[row].period)
             if intervals[row].old:
-                self._filter.rebase(anew[0], anew[1])
+                self._filter.rebase(anew)
             values[row] = self.values
         return values
 
     def _terms_over(self, q: Array, dq: Array, intervals: list["_Interval"]) -> Array:
-        """Return terms (D, 2, 3, 2 nv): in the frame of each interval, and in one taken anew."""
+        """Return terms (D, 2, 3, 6 + 2 n): in the frame of each interval, and in one taken anew."""
         if not intervals:
             return np.zeros((0, 2, 3, 0))
         torque, ft, _, twist, old = map(np.array, zip(*intervals, strict=True))
-        terms = np.zeros((len(q), 2, 3, 2 * self._dynamics.nv))
+        terms = np.zeros((len(q), 2, 3, len(self._told)))
         over = self._dynamics.terms_over
         terms[:, 0] = over(q, dq, torque, ft, twist).transpose(1, 0, 2)
         if old.any():
@@ -161,7 +158,7 @@ class FloatingResiduals:
     def _interval(self) -> "_Interval":
         """Return what acted since the last evaluation; an old frame falls anew from here."""
         torque, ft, period = self._impulse.take_mean()
-        twist, old = np.array([*self._fall.velocity, *self._gyro]), self._age >= self._rebase_time
+        twist, old = self._fall.twist, self._age >= self._rebase_time
         if old:
             self._fall.rebase()
             self._age = 0.0
