@@ -1,6 +1,6 @@
 """Settings of the torque observer."""
 
-from typing import Self
+from typing import ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -105,6 +105,7 @@ class TorqueObserverConfig(RobotServiceConfig):
     tare: TareConfig = TareConfig()
     drift: DriftConfig = DriftConfig()
     inputs: dict[str, str] = {}
+    FIXED: ClassVar[tuple[str, ...]] = (*RobotServiceConfig.FIXED, "inputs")
 
     @model_validator(mode="after")
     def _repeatable(self) -> Self:
