@@ -27,7 +27,7 @@ import numpy as np
 Array = np.ndarray
 
 LEAST = 3  # samples on each side: the second derivative has four moments to set right
-CHUNK = 32  # windows of a log that are looked at together; more do not fit into the cache
+CHUNK = 16  # windows of a log that are looked at together; more do not fit into the cache
 
 
 class Method(Protocol):
@@ -73,6 +73,21 @@ class Weights(ABC):
     def of(self, window: Array) -> Array:
         """Value, first and second derivative at the instant described, (3, columns)."""
         return self.taps @ window
+
+    def along(self, samples: Array) -> Array:
+        """The same of every window within up to ``CHUNK + length - 1`` samples, (3, windows, …)."""
+        count = len(samples) - self.taps.shape[1] + 1
+        band = self._band[:, :count, : len(samples)].reshape(3 * count, -1)
+        return (band @ samples).reshape(3, count, -1)
+
+    @cached_property
+    def _band(self) -> Array:
+        """The taps, one sample later in every row, (3, CHUNK, CHUNK + length - 1)."""
+        length = self.taps.shape[1]
+        band = np.zeros((3, CHUNK, CHUNK + length - 1))
+        for row in range(CHUNK):
+            band[:, row, row : row + length] = self.taps
+        return band
 
     @cached_property
     def noise_gain(self) -> Array:
@@ -220,10 +235,16 @@ def differentiate(samples: Array, method: Method) -> Array:
     result, length = np.zeros((3, *samples.shape)), method.length
     if len(samples) < length:
         return result
-    windows = np.lib.stride_tricks.sliding_window_view(samples, length, axis=0)
-    for start in range(0, len(windows), CHUNK):
-        chunk = np.moveaxis(windows[start : start + CHUNK], -1, 0)  # (length, times, channels)
+    for start in range(0, len(samples) - length + 1, CHUNK):
+        some = samples[start : start + CHUNK + length - 1]
+        values = method.along(some) if isinstance(method, Weights) else _along(some, method)
         first = start + length - 1
-        values = method.of(chunk.reshape(length, -1))
-        result[:, first : first + chunk.shape[1]] = values.reshape(3, *chunk.shape[1:])
+        result[:, first : first + values.shape[1]] = values
     return result
+
+
+def _along(samples: Array, method: Method) -> Array:
+    """Return the results of every window within some samples, (3, windows, channels)."""
+    windows = np.lib.stride_tricks.sliding_window_view(samples, method.length, axis=0)
+    side_by_side = np.moveaxis(windows, -1, 0).reshape(method.length, -1)
+    return method.of(side_by_side).reshape(3, len(windows), -1)

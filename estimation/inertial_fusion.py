@@ -6,12 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+from scipy.linalg import get_lapack_funcs
 
-from estimation.sensor_kinematics import SensorKinematics
+from estimation.sensor_kinematics import SensorKinematics, cross_maps
 from robot_model import Robot
 from robot_model.inertial import InertialSensor
 
 Array = np.ndarray
+(_posv,) = get_lapack_funcs(("posv",))
 
 
 @dataclass(frozen=True)
@@ -60,9 +62,8 @@ class InertialFusion:
 
     The weights belong to the posture of the last ``refresh``; the estimate stays unbiased
     when the robot has moved on. What errors of the angular velocity do to the centripetal
-    and Coriolis terms is left out of the covariance. ``step`` and ``at`` together take 0.17
-    ms for ten sensors and 0.21 ms for 23, ``refresh`` 0.26 and 0.46 ms, where a step of the
-    observer takes 0.03 ms.
+    and Coriolis terms is left out of the covariance. ``step`` and ``at`` together take
+    1.2 times as long as a step of iDynTree's torque observer for ten sensors, 1.4 times for 23.
 
     Args:
         robot: The robot.
@@ -91,11 +92,13 @@ class InertialFusion:
         self._factor = np.array([s.noise for s in sensors])
         self._angular_velocity = np.zeros(3)
         self._motion = np.zeros(6)
+        self._by_motion = np.zeros((15, 6))  # from position, velocity, … of a frame
+        self._by_motion[9:] = np.eye(6)
         self._use(robot.home, np.ones(len(sensors), dtype=bool))
 
     def usable(self, valid: Array, joint_valid: Array) -> Array:
         """Return (S,): sensors that work (S,) and whose joints (n,) up to the base do."""
-        return valid & ~(self._path @ ~joint_valid)
+        return valid if joint_valid.all() else valid & ~(self._path @ ~joint_valid)
 
     def refresh(self, q: Array) -> None:
         """Weigh the sensors anew at a posture, (n,) rad; for a low rate."""
@@ -132,19 +135,23 @@ class InertialFusion:
         self.covariance = np.linalg.inv(design.T @ self._weight @ design)
 
     def _lay_out(self) -> None:
-        """Prepare the rows' derivative with respect to [proper, angular acceleration]."""
-        a, g = len(self._accelerometers), len(self._gyros)
+        """Prepare the rows' derivative with respect to [proper, angular acceleration].
+
+        Rows are those of the gyros, then of accelerometers and differentiated gyros.
+        """
+        gyros, accelerometers, count = self._gyros, self._accelerometers, len(self.sensors)
+        a, g = len(accelerometers), len(gyros)
         self._design = np.zeros((a + g, 3, 6))
         self._design[:a, :, :3] = self._design[a:, :, 3:] = np.eye(3)
-        self._readings = np.empty((a + g, 3))
+        self._bearers = np.concatenate((gyros, accelerometers, gyros))
+        self._reading_rows = self._bearers + count * np.arange(3).repeat((g, a, g))
+        self._own_rows = np.concatenate((2 * accelerometers, 2 * gyros + 1))
 
     def _design_now(self) -> Array:
         """An accelerometer at p reads a + alpha x p: [I, -[p]x]."""
         a = len(self._accelerometers)
-        x, y, z = self._kinematics.position[self._accelerometers].T
-        block = self._design[:a, :, 3:]
-        block[:, 0, 1], block[:, 0, 2], block[:, 1, 2] = z, -y, x
-        block[:, 1, 0], block[:, 2, 0], block[:, 2, 1] = -z, y, -x
+        position = self._kinematics.motion[:, 0].take(self._accelerometers, axis=0)
+        self._design[:a, :, 3:] = cross_maps(position)
         return self._design.reshape(-1, 6)
 
     def step(
@@ -169,24 +176,30 @@ class InertialFusion:
             self._use(q, valid)
         if self.reason:
             return BaseMotion(*np.zeros((3, 3)), valid=False, reason=self.reason)
-        k, gyros, accelerometers = self._kinematics, self._gyros, self._accelerometers
+        k, gyros = self._kinematics, self._gyros
         k.update(q, dq, ddq)
-        rotation = k.rotation
-        turned = k.angular_velocity[gyros]
-        seen = np.matvec(rotation[gyros], gyro[gyros]) - turned
-        omega = self._average @ seen.ravel()
-        readings, a = self._readings, len(accelerometers)
-        turn = pin.skew(omega).T  # x @ turn is omega x x
-        whirl = k.position[accelerometers] @ turn + 2.0 * k.velocity[accelerometers]
-        readings[:a] = np.matvec(rotation[accelerometers], acc[accelerometers])
-        readings[:a] -= k.acceleration[accelerometers] + whirl @ turn
-        readings[a:] = np.matvec(rotation[gyros], dgyro[gyros])
-        readings[a:] -= k.angular_acceleration[gyros] + turned @ turn
+        readings = np.concatenate((gyro, acc, dgyro)).take(self._reading_rows, axis=0)
+        seen = np.vecmat(readings, k.axes.take(self._bearers, axis=0))
+        turned = seen[: len(gyros)] - k.motion[:, 2].take(gyros, axis=0)
+        self._angular_velocity = omega = self._average.dot(turned.ravel())
+        own = self._own_accelerations(omega)
+        rest = seen[len(gyros) :] - own.reshape(-1, 3).take(self._own_rows, axis=0)
         design = self._design_now()
-        weighted = design.T @ self._weight
-        motion = np.linalg.solve(weighted @ design, weighted @ readings.ravel())
-        self._angular_velocity, self._motion = omega, motion
+        weighted = design.T.dot(self._weight)
+        self._motion = motion = _posv(weighted.dot(design), weighted.dot(rest.ravel()))[1]
         return BaseMotion(omega, motion[:3], motion[3:], True, "")
+
+    def _own_accelerations(self, omega: Array) -> Array:
+        """Return (S, 6): proper and angular acceleration of frames whose base only turns.
+
+        They are w x (w x p) + 2 w x v + a, and w x w_frame + alpha.
+        """
+        turn, by_motion = cross_maps(omega), self._by_motion
+        by_motion[:3, :3] = turn.dot(turn)
+        by_motion[6:9, 3:] = turn
+        by_motion[3:6, :3] = 2.0 * turn
+        self._own = self._kinematics.motion.reshape(-1, 15).dot(by_motion)
+        return self._own
 
     def at(self) -> FrameMotion:
         """Return what the last motion is in the frame ``root``, by the joints' motion.
@@ -194,20 +207,16 @@ class InertialFusion:
         Noise of the joints between is put in here and taken out again where the
         observer goes the same way back: it reaches no other link.
         """
-        k, omega = self._kinematics, self._angular_velocity
-        acc, alpha = self._motion[:3], self._motion[3:]
-        p, turned = k.position[-1], k.angular_velocity[-1]
-        turn = pin.skew(omega)
-        whirl = turn @ p + 2.0 * k.velocity[-1]
-        acc = acc + pin.skew(alpha) @ p + turn @ whirl + k.acceleration[-1]
-        alpha = alpha + k.angular_acceleration[-1] + turn @ turned
-        back = k.rotation[-1].T
-        return FrameMotion(back @ (omega + turned), back @ acc, back @ alpha)
+        motion, told = self._kinematics.motion[-1], np.empty((3, 3))
+        np.add(self._angular_velocity, motion[2], out=told[0])
+        np.add(self._motion.reshape(2, 3), self._own[-1].reshape(2, 3), out=told[1:])
+        told[1] += motion[0].dot(cross_maps(self._motion[3:]))
+        return FrameMotion(*told.dot(self._kinematics.axes[-1].T))
 
     def covariance_at(self) -> Array:
         """Return (6, 6) of [acc, dgyro] in the frame ``root``, joints taken as exact."""
         k = self._kinematics
-        back, lever = k.rotation[-1].T, pin.skew(k.position[-1])
+        back, lever = k.axes[-1], pin.skew(k.motion[-1, 0])
         carry = np.block([[back, -back @ lever], [np.zeros((3, 3)), back]])
         return carry @ self.covariance @ carry.T
 

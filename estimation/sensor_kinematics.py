@@ -8,6 +8,7 @@ import pinocchio as pin
 from robot_model import Robot
 
 Array = np.ndarray
+CROSS = np.array([pin.skew(axis).T.reshape(9) for axis in np.eye(3)])
 
 
 class SensorKinematics:
@@ -17,17 +18,13 @@ class SensorKinematics:
     which views are taken once.
 
     Attributes (S frames), set by ``update``:
-        rotation: (S, 3, 3) base axes from the frame's.
-        position, velocity, acceleration: (S, 3) of the origins, m, m/s, m/s^2 (classical).
-        angular_velocity, angular_acceleration: (S, 3) rad/s, rad/s^2.
+        axes: (S, 3, 3) the frames' axes as rows; vectors as rows go through it into base axes.
+        motion: (S, 5, 3) position, velocity, angular velocity, acceleration and angular
+            acceleration; of the origins, m, m/s, rad/s, m/s^2 (classical), rad/s^2.
     """
 
-    rotation: Array
-    position: Array
-    velocity: Array
-    angular_velocity: Array
-    acceleration: Array
-    angular_acceleration: Array
+    axes: Array
+    motion: Array
 
     def __init__(self, robot: Robot, frames: Sequence[str]):
         self._tree, self._model = robot.tree, robot.tree.model
@@ -38,11 +35,11 @@ class SensorKinematics:
         self._views = [view for body in bodies.tolist() for view in self._of_body(body)]
         self._q = self._tree.neutral.copy()
         self._v, self._a = np.zeros((2, self._model.nv))
-        self._mounting = np.array([b.placement.rotation for b in bearers])
-        self._lever = np.array([b.placement.translation for b in bearers])
-        self._lever_map = -np.array([pin.skew(c) for c in self._lever])  # w -> w x lever
-        self._local = np.zeros((len(bearers), 3, 5))
-        self._local[..., 0] = self._lever
+        self._mounting = np.array([b.placement.rotation.T for b in bearers])
+        lever = np.array([b.placement.translation for b in bearers])
+        self._lever_map = -cross_maps(lever)  # w @ map is w x lever
+        self._local = np.zeros((len(bearers), 5, 3))
+        self._local[:, 0] = lever
 
     def _of_body(self, body: int) -> list[Array]:
         pose, twist, rate = (x[body] for x in (self._data.oMi, self._data.v, self._data.a))
@@ -54,19 +51,15 @@ class SensorKinematics:
         tree = self._tree
         self._q[tree.joint_q], self._v[tree.joint_v], self._a[tree.joint_v] = q, dq, ddq
         pin.forwardKinematics(self._model, self._data, self._q, self._v, self._a)
-        bodies = np.concatenate(self._views).reshape(-1, 24)[self._body]
-        turned = bodies[:, :9].reshape(-1, 3, 3).swapaxes(1, 2)
-        v, w, a, alpha = bodies[:, 12:].reshape(-1, 4, 3).swapaxes(0, 1)
-        local, lever = self._local, self._lever_map
-        local[..., 1] = velocity = v + np.matvec(lever, w)
-        local[..., 2] = w
-        local[..., 3] = a + np.matvec(lever, alpha) + cross(w, velocity)
-        local[..., 4] = alpha
-        position, self.velocity, self.angular_velocity, self.acceleration, rate = (
-            turned @ local
-        ).transpose(2, 0, 1)
-        self.position, self.angular_acceleration = position + bodies[:, 9:12], rate
-        self.rotation = turned @ self._mounting
+        bodies = np.concatenate(self._views).reshape(-1, 24).take(self._body, axis=0)
+        turned, twists = bodies[:, :9].reshape(-1, 3, 3), bodies[:, 12:].reshape(-1, 4, 3)
+        turning, local = twists[:, 1::2], self._local  # w and alpha
+        np.add(twists[:, ::2], turning @ self._lever_map, out=local[:, 1::2])
+        local[:, 2::2] = turning
+        local[:, 3] += np.vecmat(local[:, 1], cross_maps(twists[:, 1]))
+        self.motion = local @ turned
+        self.motion[:, 0] += bodies[:, 9:12]
+        self.axes = self._mounting @ turned
 
     def jacobians(self, q: Array) -> Array:
         """Return (S, 6, n): [v w] of each frame, base axes, by joint velocity."""
@@ -84,12 +77,6 @@ class SensorKinematics:
         return np.abs(self.jacobians(q)).max(axis=1) > 0.0
 
 
-def cross(a: Array, b: Array) -> Array:
-    """Return the cross product along the last axis; np.cross takes five times as long."""
-    a1, a2, a3 = a[..., 0], a[..., 1], a[..., 2]
-    b1, b2, b3 = b[..., 0], b[..., 1], b[..., 2]
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    out[..., 0] = a2 * b3 - a3 * b2
-    out[..., 1] = a3 * b1 - a1 * b3
-    out[..., 2] = a1 * b2 - a2 * b1
-    return out
+def cross_maps(vectors: Array) -> Array:
+    """Return (…, 3, 3) of vectors w (…, 3), by which x @ map is w x x."""
+    return vectors.dot(CROSS).reshape(*vectors.shape[:-1], 3, 3)

@@ -15,6 +15,7 @@ import pinocchio as pin
 from estimation.contact_set import AnyTouch, Contact, contact_set, net_contacts, shared_subtrees
 from estimation.oriented_graph import OrientedGraph
 from estimation.shared_contacts import Decision, SharedSubtree, decision
+from estimation.wrench_balance import WrenchBalance
 from robot_model import Robot
 
 
@@ -117,23 +118,10 @@ class TorqueObserver:
 
     def _balance(self, measured: np.ndarray) -> Estimate:
         """Turn predicted and measured readings into external wrenches and torques."""
-        through = self._through
-        self._tau.take(self._tau_index, out=self._entering, mode="clip")
-        self._jacobian.take(self._jacobian_index, out=self._gathered, mode="clip")
-        predicted = through.copy()
-        through -= measured
-        if self._mirrored:
-            # Where the model's parent is the child of the sensor, both signs turn.
-            predicted *= self._sign
-            np.multiply(predicted - measured, self._sign, out=through)
-        entering_imu = np.matvec(self._force_maps, self._entering)
-        external_imu = self._incidence @ entering_imu
-        below = self._contact_below @ external_imu
-        torque = self._tau[self._joint_v] - np.vecdot(self._joint_axes, below)
-        wrench = np.matvec(self._leaf_maps, external_imu)
-        subtree_wrench = self._about_default_frames(wrench, external_imu)
-        estimate = Estimate(torque, wrench, subtree_wrench, predicted, measured)
-        return self._share(estimate, external_imu) if self.shared else estimate
+        found = self._wrenches.solve(measured)
+        subtree_wrench = self._about_default_frames(found.wrench, found.external_imu)
+        estimate = Estimate(found.torque, found.wrench, subtree_wrench, found.predicted, measured)
+        return self._share(estimate, found.external_imu) if self.shared else estimate
 
     def _share(self, net: Estimate, external_imu: np.ndarray) -> Estimate:
         """Share the net wrench of some sub-trees among their contacts."""
@@ -145,7 +133,7 @@ class TorqueObserver:
             external = external_imu[subtree.row]
             result = shares.solution.solve(external)
             wrench[subtree.rows] = result.wrench
-            torque -= np.vecdot(self._joint_axes, shares.moved(result.wrench, external))
+            torque -= np.vecdot(self._wrenches.joint_axes, shares.moved(result.wrench, external))
             if shares.solution.rank < 6:
                 left = subtree.about_default_frame(result.residual, self._data)
                 unexplained[subtree.row] = left
@@ -171,40 +159,11 @@ class TorqueObserver:
         self._bare_q = self._q[: self._bare.nq]  # leaves come last
         self._v, self._a = np.zeros(self._bare.nv), np.zeros(self._bare.nv)
         self._joint_q, self._joint_v = tree.joint_q, tree.joint_v
-        self._sign = tree.cut_sign[:, None]
-        self._mirrored = bool((tree.cut_sign < 0.0).any())
-        self._incidence = self.graph.incidence
-        self._tau = self._bare_data.tau
-        columns = self._data.J.T  # row = column of J, a motion [v w] in IMU axes
-        self._jacobian = columns.reshape(-1)
-        if not np.shares_memory(self._jacobian, columns):
-            raise RuntimeError("Pinocchio's Jacobian is not column-major; cannot take a view")
-        self._index(len(self.robot.subtrees), columns)
-
-    def _index(self, s: int, columns: np.ndarray) -> None:
-        """Lay out what is gathered from tau and from the Jacobian at each step.
-
-        A column block of J is a motion map X = [R [p]R; 0 R]; the force map [R 0; [p]R R]
-        has the same blocks in other places. The transpose of a leaf's block maps forces
-        back to the leaf.
-        """
-        entering_v = np.vstack([np.arange(6), self.graph.tree.cut_v])
-        swap = np.array([3, 4, 5, 0, 1, 2])
-        force_index = 6 * entering_v[:, None, swap] + swap[None, :, None]
-        joint_index = 6 * self._joint_v[:, None] + np.arange(6)
-        self._tau_index = entering_v
-        self._jacobian_index = np.concatenate([force_index.ravel(), joint_index.ravel()])
-        self._entering = np.zeros((s, 6))
-        self._through = self._entering[1:]
-        self._gathered = np.zeros(self._jacobian_index.size)
-        self._force_maps = self._gathered[: 36 * s].reshape(s, 6, 6)
-        self._joint_axes = self._gathered[36 * s :].reshape(-1, 6)
-        start = self.graph.leaf_v
-        self._leaf_maps = columns[start : start + 6 * s].reshape(s, 6, 6)
+        # row = column of J, a motion [v w] in IMU axes
+        self._wrenches = WrenchBalance(self.graph, self._bare_data.tau, self._data.J.T)
 
     def _combine(self) -> None:
         """Recompute what depends on the contacts."""
-        self._contact_below = self.graph.contact_below
         nets = net_contacts(self.robot, self.contacts)
         self._moved = [
             (i, *self.graph.locate(*self.robot.frame(subtree.default_frame)))

@@ -1,6 +1,7 @@
 """Residuals and contacts over a log, as the contact detector says them live."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from itertools import repeat
 
 import numpy as np
 
@@ -15,7 +16,7 @@ Array = np.ndarray
 Upward = Callable[[SensorFrame, int], Array | None]  # of a frame and its row: (3,) in base axes
 AT_ONCE = -(1 << 62)  # ns, before every stamp
 UNKNOWN = Localisation((), 0.0)
-RESIDUALS = ("internal", "external", "classical")
+RESIDUALS = ("external", "internal", "classical")
 
 
 class ContactLog:
@@ -44,15 +45,14 @@ class ContactLog:
         self._upward = upward or (lambda frame, row: None)
         self._period, self._locate_period = round(1e9 / rate), round(1e9 / locate_rate)
         self._next = self._next_location = AT_ONCE  # stamps, ns
-        n = bank.robot.n
         # what was said at the samples at which it was due; the row after the last says nothing
-        widths = zip(RESIDUALS, (n, 6, n), strict=True)
-        self._residuals = {name: np.zeros((size + 1, width)) for name, width in widths}
-        self._residuals_valid = {name: np.zeros(size + 1, dtype=bool) for name in RESIDUALS}
+        self._residuals = np.zeros((size + 1, 6 + 2 * bank.robot.n))
+        self._residuals_valid = np.zeros((size + 1, len(RESIDUALS)), dtype=bool)
         self._judged = np.zeros(size + 1, dtype=bool)
         self._place = np.zeros(size + 1, dtype=int)  # index in ``_found``
         self._found = [UNKNOWN, NOWHERE]
         self._due = np.full(size, size)  # row that holds at each sample
+        self._said: list[int] = []  # rows of the present block at which something was due
 
     def tare(self, blocks: Iterable[SensorBlock]) -> None:
         """Take what a resting robot shows for zero, then forget the samples.
@@ -62,9 +62,9 @@ class ContactLog:
         """
         period = QuietPeriod(self.bank.robot.joints)
         for block in blocks:
-            for i, stamp in enumerate(block.stamp.tolist()):
-                if self._step(block.frame(i), block.rows.start + i, stamp) and block.complete:
-                    self._collect(period, block.frame(i))
+            for _, frame, residuals in self._judge(block):
+                if block.complete:
+                    self._collect(period, frame, residuals)
         quiet = period.finish()
         self.detector.tare(quiet)
         self.bank.tare(quiet)
@@ -72,52 +72,78 @@ class ContactLog:
 
     def add(self, block: SensorBlock) -> None:
         """Take some samples."""
-        for row, stamp in enumerate(block.stamp.tolist(), start=block.rows.start):
-            frame = block.frame(row - block.rows.start)
-            if self._step(frame, row, stamp):
-                self._keep(row)
-                self._locate(frame, row, stamp)
-                self._last = row
-            self._due[row] = self._last
+        for row, frame, residuals in self._judge(block):
+            self._residuals[row] = residuals - self.bank.offset
+            self._residuals_valid[row] = self._residual_flags
+            self._judged[row] = any(flag.valid for flag in self._flags)
+            self._locate(frame, row)
+            self._said.append(row)
+        said, rows = np.array(self._said), np.arange(block.rows.start, block.rows.stop)
+        self._due[block.rows] = said[np.searchsorted(said, rows, side="right") - 1]
+        self._said = self._said[-1:]
 
-    def _step(self, frame: SensorFrame, row: int, stamp: int) -> bool:
-        """Take one sample; return whether residuals and flags were due."""
-        due = stamp >= self._next
-        self.bank.step(frame, stamp, self._upward(frame, row), due)
-        if due:
-            self._next = max(self._next + self._period, stamp + self._period // 2)
-            self._flags = self.detector.step(frame, stamp)
+    def _judge(self, block: SensorBlock) -> Iterator[tuple[int, SensorFrame, Array]]:
+        """Yield row, frame and untared residuals of the samples at which flags were due."""
+        for i, residuals, flags in self._residuals_of(block):
+            frame, self._residual_flags = block.frame(i), flags
+            self._stamp = int(block.stamp[i])
+            self._flags = self.detector.step(frame, self._stamp)
+            yield block.rows.start + i, frame, residuals
+
+    def _residuals_of(self, block: SensorBlock) -> Iterable[tuple[int, Array, tuple[bool, ...]]]:
+        due = self._due_in(block.stamp)
+        if not (block.complete and self.bank.can_step_over(block.stamp)):
+            return self._one_by_one(block, due)
+        acting = block.motor_torque, block.ft, block.imu_gyro[:, 0], block.imu_acc[:, 0]
+        motion, rows = (block.q, block.dq), np.array(due, dtype=int)
+        torque = block.motor_torque_valid
+        values = self.bank.step_over(block.stamp, acting, motion, rows, torque)
+        return zip(due, values, repeat(self.bank.flags), strict=False)
+
+    def _one_by_one(
+        self, block: SensorBlock, due: list[int]
+    ) -> Iterator[tuple[int, Array, tuple[bool, ...]]]:
+        wanted, first = set(due), block.rows.start
+        for i, stamp in enumerate(block.stamp.tolist()):
+            frame = block.frame(i)
+            self.bank.step(frame, stamp, self._upward(frame, first + i), i in wanted)
+            if i in wanted:
+                yield i, self.bank.values, self.bank.flags
+
+    def _due_in(self, stamps: Array) -> list[int]:
+        """Return the indices of the samples at which something is due."""
+        due = []
+        for i, stamp in enumerate(stamps.tolist()):
+            if stamp >= self._next:
+                due.append(i)
+                self._next = max(self._next + self._period, stamp + self._period // 2)
         return due
 
-    def _collect(self, period: QuietPeriod, frame: SensorFrame) -> None:
+    def _collect(self, period: QuietPeriod, frame: SensorFrame, residuals: Array) -> None:
         rows, untared = self.detector.rows, self.detector.untared_rows
-        period.add(frame, untared, rows.predicted, rows.wrenches(untared), self.bank.values)
+        period.add(frame, untared, rows.predicted, rows.wrenches(untared), residuals)
 
     def _restart(self) -> None:
         self.detector.reset()
         self.bank.reset()
         self._next = AT_ONCE
 
-    def _keep(self, row: int) -> None:
-        message = self.bank.message()
-        for name in RESIDUALS:
-            self._residuals[name][row] = getattr(message, name)
-            self._residuals_valid[name][row] = getattr(message, f"valid_{name}")
-        self._judged[row] = any(flag.valid for flag in self._flags)
-
-    def _locate(self, frame: SensorFrame, row: int, stamp: int) -> None:
+    def _locate(self, frame: SensorFrame, row: int) -> None:
         if not self.detector.touched:
             self._next_location = AT_ONCE
             self._where = 1 if self._judged[row] else 0
-        elif stamp >= self._next_location:
+        elif self._stamp >= self._next_location:
             self._found.append(self.detector.locate(frame))
             self._where = len(self._found) - 1
-            self._next_location = stamp + self._locate_period
+            self._next_location = self._stamp + self._locate_period
         self._place[row] = self._where
 
     def residual(self, name: str) -> tuple[Array, Array]:
         """Return a residual, (T, n) or external (T, 6), and where it is valid (T,)."""
-        return self._residuals[name][self._due], self._residuals_valid[name][self._due]
+        column, n = RESIDUALS.index(name), self.bank.robot.n
+        columns = (slice(6), slice(6, 6 + n), slice(6 + n, None))[column]
+        valid = self._residuals_valid[self._due, column]
+        return np.where(valid[:, None], self._residuals[self._due, columns], 0.0), valid
 
     @property
     def valid(self) -> Array:

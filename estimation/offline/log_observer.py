@@ -4,6 +4,7 @@ import numpy as np
 
 from estimation.dependencies import ChannelDependencies
 from estimation.observer_covariance import ObserverNoise, propagate
+from estimation.offline.block_observer import BlockObserver
 from estimation.offline.sensor_log import SensorBlock
 from estimation.torque_observer import TorqueObserver
 
@@ -30,6 +31,7 @@ class ObserverLog:
 
     def __init__(self, observer: TorqueObserver, noise: ObserverNoise, size: int):
         self._observer, self._noise = observer, noise
+        self._block_observer = BlockObserver(observer)
         self._dependencies = ChannelDependencies(observer.graph)
         self._subtrees = [contact.subtree for contact in observer.contacts]
         n, c, k = observer.robot.n, len(self._subtrees), len(observer.robot.ft_sensors)
@@ -49,6 +51,15 @@ class ObserverLog:
         self._judge(block)
 
     def _observe(self, block: SensorBlock) -> None:
+        if self._observer.shared:
+            self._observe_singly(block)
+            return
+        found, rows = self._block_observer.observe(block), block.rows
+        self.torque[rows], self.predicted[rows] = found.torque, found.predicted
+        self.wrench[rows] = found.wrench[:, self._subtrees]
+
+    def _observe_singly(self, block: SensorBlock) -> None:
+        """Sub-trees with several contacts are solved posture by posture."""
         step, first = self._observer.step, block.rows.start
         gyro, acc, dgyro = block.imu_gyro[:, 0], block.imu_acc[:, 0], block.imu_dgyro[:, 0]
         samples = zip(block.q, block.dq, block.ddq, block.ft, gyro, acc, dgyro, strict=True)

@@ -16,7 +16,12 @@ class FreeFallVelocity:
 
     def __init__(self) -> None:
         self.velocity = (0.0, 0.0, 0.0)  # [m/s] in the sensor's axes
-        self._gyro = self._acc = self.velocity
+        self._gyro = self._acc = [0.0, 0.0, 0.0]
+
+    @property
+    def twist(self) -> Array:
+        """Velocity and angular velocity after the last sample, (6,) in the sensor's axes."""
+        return np.array([*self.velocity, *self._gyro])
 
     def reset(self, gyro: Array, acc: Array) -> None:
         """Start in the frame that falls with the sensor at this instant."""

@@ -21,9 +21,8 @@ class MomentumFilter:
     """
 
     def __init__(self, size: int, gain: float | Array):
-        self.residual = np.zeros(size)
-        self._rows = np.zeros((5, size))  # momentum and rate before; those now, mean force
-        self._last, self._now = self._rows[:2], self._rows[2:4]
+        self._rows = np.zeros((6, size))  # momentum and rate before; those now, mean force
+        self.residual = self._rows[5]
         self._step = 0.0  # [s] for which weights and decay were computed
         self._started = False
         self.gain = gain
@@ -54,25 +53,30 @@ class MomentumFilter:
         ``force`` is a part of the known rate of which the mean over the step is known.
         Returns the residual, (size,), in the unit of the rate; overwritten by the next call.
         """
+        terms = np.zeros((3, len(self.residual)))
+        terms[0], terms[1], terms[2] = momentum, rate, force
+        return self.step_terms(terms, period)
+
+    def step_terms(self, terms: Array, period: float) -> Array:
+        """The same; ``terms`` (3, size) are momentum, known rate, and the mean force."""
         if self._started:
-            self._rows[2], self._rows[3], self._rows[4] = momentum, rate, force
+            self._rows[2:5] = terms
             self._advance(period)
-            self._last[:] = self._now
+            self._rows[:2] = self._rows[2:4]
         else:
-            self.rebase(momentum, rate)
+            self.rebase(terms)
         return self.residual
 
-    def rebase(self, momentum: Array, rate: Array) -> None:
+    def rebase(self, terms: Array) -> None:
         """Replace the last sample by one seen from another frame; the residual stays."""
-        self._last[0], self._last[1] = momentum, rate
+        self._rows[:2] = terms[:2]
         self._started = True
 
     def _advance(self, period: float) -> None:
         if period != self._step:
             self._step = period
-            self._weights = np.array([-1.0 / period, -0.5, 1.0 / period, -0.5, -1.0])
+            self._weights = np.array([-1.0 / period, -0.5, 1.0 / period, -0.5, -1.0, -1.0])
             self._blend = -np.expm1(-self._gain * period)
-        change = self._weights @ self._rows
-        change -= self.residual
+        change = self._weights.dot(self._rows)
         change *= self._blend
         self.residual += change

@@ -79,25 +79,66 @@ class ResidualBank:
             due: Whether the residuals are wanted now. Every sample is integrated, the
                 momenta of a floating base are computed only where it matters.
         """
-        period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
-        if period > self.settings.longest_gap:
-            self.reset()
+        period = self._elapsed(stamp)
         self.reason = self._missing(frame, up_base)
         if self.reason:
             self._flags = (False, False, False)
             self.reset()
             return
-        self._stamp = stamp
-        torque = frame.motor_torque_valid
+        self._tell(frame.motor_torque_valid)
         if self._floating is not None:
             gyro, acc = frame.imu_gyro[0], frame.imu_acc[0]
             self._floating.add(frame.motor_torque, frame.ft, gyro, acc, period)
             if due:
                 self._floating.evaluate(frame.q, frame.dq)
-            self._flags = (True, torque, torque and self.settings.classical)
         elif self._fixed is not None and up_base is not None:
             self._fixed.step(frame.q, frame.dq, frame.motor_torque, up_base, period)
+
+    def can_step_over(self, stamps: Array) -> bool:
+        """Whether ``step_over`` serves at these times [ns]: a floating base, and no gap."""
+        steps = np.diff(stamps, prepend=stamps[0] if self._stamp is None else self._stamp)
+        return self._floating is not None and steps.max() * 1e-9 <= self.settings.longest_gap
+
+    def step_over(
+        self,
+        stamps: Array,
+        acting: tuple[Array, Array, Array, Array],
+        motion: tuple[Array, Array],
+        due: Array,
+        torque_valid: bool,
+    ) -> Array:
+        """Take B complete samples at once; the numbers are those of ``step``.
+
+        Args:
+            stamps: Their times [ns], (B,) rising.
+            acting: motor_torque, ft, gyro and acc of the first inertial sensor, (B, …) each.
+            motion: q and dq, (B, n).
+            due: (D,) indices of the samples at which residuals are wanted.
+            torque_valid: Whether motor torques are measured.
+
+        Returns:
+            ``values`` at those samples, (D, 6 + 2 n).
+        """
+        assert self._floating is not None
+        q, dq = motion
+        periods = [self._elapsed(stamp) for stamp in stamps.tolist()]
+        self._tell(torque_valid)
+        return self._floating.evaluate_over(periods, acting, due, q[due], dq[due])
+
+    def _tell(self, torque: bool) -> None:
+        self.reason = ""
+        if self._floating is not None:
+            self._flags = (True, torque, torque and self.settings.classical)
+        else:
             self._flags = (False, False, torque)
+
+    def _elapsed(self, stamp: int) -> float:
+        """Return the time since the last sample [s]; a gap starts the residuals again."""
+        period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
+        if period > self.settings.longest_gap:
+            self.reset()
+        self._stamp = stamp
+        return period
 
     def _missing(self, frame: SensorFrame, up_base: Array | None) -> str:
         """Why there is no residual at all, "" if there is."""
@@ -115,8 +156,7 @@ class ResidualBank:
     def values(self) -> Array:
         """External, internal and classical residual before the tare, (6 + 2 n,)."""
         if self._floating is not None:
-            sample = self._floating.sample
-            return np.concatenate((sample.external, sample.internal, sample.classical))
+            return self._floating.values
         assert self._fixed is not None
         return np.concatenate((self._zero_base, self._zero, self._fixed.residual))
 
@@ -124,6 +164,16 @@ class ResidualBank:
         """Take offsets and thresholds from the statistics of a quiet period."""
         self._offset = quiet.residual_mean.copy()
         self._threshold = np.maximum(self._floor(), self.settings.sigmas * quiet.residual_std)
+
+    @property
+    def offset(self) -> Array:
+        """What the tare takes from ``values``."""
+        return self._offset
+
+    @property
+    def flags(self) -> tuple[bool, bool, bool]:
+        """Whether the external, the internal and the classical residual are valid."""
+        return self._flags
 
     def message(self) -> Residuals:
         """Return the residuals after the tare; those that are not valid are zero."""

@@ -1,19 +1,18 @@
 """Internal, external and classical residuals of a robot, sample by sample."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
-from estimation.joint_friction import JointFriction
-from estimation.residual.floating_terms import floating_terms
+from estimation.residual.floating_dynamics import FloatingDynamics
 from estimation.residual.free_fall import FreeFallVelocity
+from estimation.residual.impulse import Impulse
 from estimation.residual.momentum_filter import MomentumFilter
-from estimation.residual.residual_model import is_measured, residual_model
+from estimation.residual.residual_model import is_measured
 from robot_model import Robot
 
 Array = np.ndarray
-OWN_AXES = pin.ReferenceFrame.LOCAL
 
 
 class ResidualSample(NamedTuple):
@@ -50,13 +49,13 @@ class FloatingResiduals:
         if not is_measured(robot, support):
             raise ValueError(f"support '{support}' of {robot.name} is not measured")
         self.robot = robot
-        self._layout = layout = residual_model(robot, support)
-        self._model = layout.model
-        self._model.gravity.linear = np.zeros(3)
-        self._bind(layout.joint_v)
-        self._filter = MomentumFilter(2 * self._model.nv, 1.0)
+        self._dynamics = FloatingDynamics(robot, support)
+        self._classical = self._dynamics.joint_v
+        self._internal = self._classical + robot.n
+        self._told = np.concatenate((np.arange(6), self._internal, self._classical))
+        self._filter = MomentumFilter(len(self._told), 1.0)
         self.set_gains(internal_gain, external_gain)
-        self._fall = FreeFallVelocity()
+        self._fall, self._impulse = FreeFallVelocity(), Impulse()
         self._rebase_time = rebase_time
         self._age = -1.0  # [s] of the falling frame; negative before the first sample
 
@@ -95,7 +94,6 @@ class FloatingResiduals:
 
     def add(self, motor_torque: Array, ft: Array, gyro: Array, acc: Array, period: float) -> None:
         """Integrate what acts, at every sample; a tenth of the work of ``evaluate``."""
-        self._gyro = gyro
         first = self._age < 0.0
         if first:
             self._fall.reset(gyro, acc)
@@ -107,96 +105,89 @@ class FloatingResiduals:
 
     def evaluate(self, q: Array, dq: Array) -> None:
         """Bring the residuals up to the sample added last, whose motion this is."""
+        torque, ft, period, twist, old = self._interval()
+        self._dynamics.place(q, dq, torque, ft)
+        self._filter.step_terms(self._dynamics.terms(twist), period)
+        if old:
+            self._filter.rebase(self._dynamics.terms(_anew(twist)))
+
+    def evaluate_over(
+        self,
+        periods: Sequence[float],
+        acting: tuple[Array, Array, Array, Array],
+        due: Array,
+        q: Array,
+        dq: Array,
+    ) -> Array:
+        """Take B samples and return ``values`` at D of them, (D, 6 + 2 n).
+
+        They are those of ``add`` and ``evaluate``, of which all but Pinocchio runs at once.
+
+        Args:
+            periods: B times since the sample before [s].
+            acting: motor_torque, ft, gyro and acc as in ``add``, stacked, (B, …) each.
+            due: (D,) rising indices of the samples at which residuals are wanted.
+            q, dq: (D, n) their motion.
+        """
+        wanted, intervals = set(due.tolist()), []
+        for i, (period, torque, ft, gyro, acc) in enumerate(zip(periods, *acting, strict=True)):
+            self.add(torque, ft, gyro, acc, period)
+            if i in wanted:
+                intervals.append(self._interval())
+        values = np.zeros((len(intervals), len(self._told)))
+        for row, (now, anew) in enumerate(self._terms_over(q, dq, intervals)):
+            self._filter.step_terms(now, intervals[row].period)
+            if intervals[row].old:
+                self._filter.rebase(anew)
+            values[row] = self.values
+        return values
+
+    def _terms_over(self, q: Array, dq: Array, intervals: list["_Interval"]) -> Array:
+        """Return terms (D, 2, 3, 6 + 2 n): in the frame of each interval, and in one taken anew."""
+        if not intervals:
+            return np.zeros((0, 2, 3, 0))
+        torque, ft, _, twist, old = map(np.array, zip(*intervals, strict=True))
+        terms = np.zeros((len(q), 2, 3, len(self._told)))
+        over = self._dynamics.terms_over
+        terms[:, 0] = over(q, dq, torque, ft, twist).transpose(1, 0, 2)
+        if old.any():
+            again = over(q[old], dq[old], torque[old], ft[old], _anew(twist[old]))
+            terms[old, 1] = again.transpose(1, 0, 2)
+        return terms
+
+    def _interval(self) -> "_Interval":
+        """Return what acted since the last evaluation; an old frame falls anew from here."""
         torque, ft, period = self._impulse.take_mean()
-        self._place(q, dq)
-        self._act(torque, ft)
-        momentum, rate, force = self._terms()
-        self._filter.step(momentum, rate, period, force)
-        if self._age >= self._rebase_time:
+        twist, old = self._fall.twist, self._age >= self._rebase_time
+        if old:
             self._fall.rebase()
             self._age = 0.0
-            momentum, rate, _ = self._terms()
-            self._filter.rebase(momentum, rate)
+        return _Interval(torque, ft, period, twist, old)
 
     @property
     def sample(self) -> ResidualSample:
         """The residuals after the last step; zero after a reset."""
-        residual = self._filter.residual
-        return ResidualSample(
-            residual[self._internal], residual[:6].copy(), residual[self._classical]
-        )
+        values, n = self.values, self.robot.n
+        return ResidualSample(values[6 : 6 + n], values[:6], values[6 + n :])
 
-    def _bind(self, joint_v: Array) -> None:
-        """Take views of Pinocchio's results, which stay where they are in memory."""
-        robot, nv = self.robot, self._model.nv
-        self._data = data = self._model.createData()
-        self._mass, self._coriolis = data.M, data.C
-        self._q = pin.neutral(self._model)
-        self._v, self._acting = np.zeros(nv), np.zeros(nv)
-        self._classical, self._internal = joint_v, joint_v + nv
-        self._imu_twist = np.zeros(6)
-        # in Pinocchio's order: adding arrays of unlike orders takes four times as long
-        self._rotors = np.zeros((nv, nv), order="F")
-        self._rotors[np.ix_(joint_v, joint_v)] = robot.rotor_inertia
-        coefficients = np.zeros((2, nv))
-        coefficients[:, joint_v] = robot.viscous, robot.coulomb
-        self._friction = JointFriction(*coefficients)
-        self._impulse = _Impulse(robot.n, len(robot.ft_sensors))
-
-    def _place(self, q: Array, dq: Array) -> None:
-        layout = self._layout
-        self._q[layout.joint_q] = q
-        self._v[layout.joint_v] = dq
-        pin.crba(self._model, self._data, self._q, pin.Convention.WORLD)  # fills J too
-        self._mass += self._rotors
-
-    def _act(self, torque: Array, ft: Array) -> None:
-        """Compute the generalised force of motors and supports."""
-        layout, acting = self._layout, self._acting
-        acting[:6], acting[layout.joint_v] = 0.0, torque
-        for sensor, frame in zip(layout.sensors, layout.sensor_frames, strict=True):
-            # the foot on its parent: minus the reading
-            acting -= ft[sensor] @ self._jacobian(frame)
-
-    def _jacobian(self, frame: int) -> Array:
-        """Jacobian of a frame in its own axes, (6, nv)."""
-        return pin.getFrameJacobian(self._model, self._data, frame, OWN_AXES)
-
-    def _terms(self) -> Array:
-        """Return momenta, rates and mean forces, columns of v, then internal, (3, 2 nv)."""
-        v, twist, imu = self._v, self._imu_twist, self._layout.imu_frame
-        twist[:3], twist[3:] = self._fall.velocity, self._gyro
-        place = pin.updateFramePlacement(self._model, self._data, imu)
-        v[:6] = 0.0
-        v[:6] = place.toActionMatrix() @ (twist - self._jacobian(imu) @ v)
-        pin.computeCoriolisMatrix(self._model, self._data, self._q, v)
-        friction = self._friction.torque(v)
-        return floating_terms(self._mass, self._coriolis, v, friction, self._acting).reshape(3, -1)
+    @property
+    def values(self) -> Array:
+        """The same in one piece: external, internal and classical, (6 + 2 n,)."""
+        return self._filter.residual.take(self._told)
 
 
-class _Impulse:
-    """Means of motor torques and readings between two evaluations, by the trapezoidal rule."""
+class _Interval(NamedTuple):
+    """What acted between two evaluations, and how the inertial sensor moves at its end."""
 
-    def __init__(self, n: int, k: int):
-        self._n, self._k = n, k
-        self._sum, self._last, self._mean = np.zeros((3, n + 6 * k))
-        self._time = 0.0
+    torque: Array  # (n,) N m, mean
+    ft: Array  # (k, 6) mean
+    period: float  # s
+    twist: Array  # (6,) in the falling frame
+    old: bool  # the frame is to be taken anew
 
-    def add(self, torque: Array, ft: Array, period: float) -> None:
-        """Add a sample ``period`` seconds after the last one; 0 starts again."""
-        now = np.concatenate((torque, ft), axis=None)
-        if period <= 0.0:
-            self._sum[:], self._time = 0.0, 0.0
-        else:
-            self._last += now
-            self._last *= 0.5 * period
-            self._sum += self._last
-            self._time += period
-        self._last = now
 
-    def take_mean(self) -> tuple[Array, Array, float]:
-        """Return mean torque and readings since the last call, and the time passed [s]."""
-        time = self._time
-        np.multiply(self._sum, 1.0 / time if time else 0.0, out=self._mean)
-        self._sum[:], self._time = 0.0, 0.0
-        return self._mean[: self._n], self._mean[self._n :].reshape(self._k, 6), time
+def _anew(twist: Array) -> Array:
+    """Return twists (…, 6) in a frame that falls with the sensor at this instant."""
+    twist = twist.copy()
+    twist[..., :3] = 0.0
+    return twist

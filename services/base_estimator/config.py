@@ -1,5 +1,7 @@
 """Settings of the base estimator."""
 
+from typing import ClassVar
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from estimation.attitude import AttitudeGains
@@ -34,6 +36,7 @@ class BaseEstimatorConfig(RobotServiceConfig):
     pole_lift: float = Field(default=0.3, ge=0.0)  # m
     std: StdConfig = StdConfig()
     inputs: dict[str, str] = {}
+    FIXED: ClassVar[tuple[str, ...]] = (*RobotServiceConfig.FIXED, "inputs", "rate")
 
     def settings(self) -> BaseSettings:
         """Return the settings of the mathematics."""

@@ -1,22 +1,17 @@
 """The base estimator: sensor frames in, pose and velocity of the base out."""
 
-import time
 from typing import Any
 
 import numpy as np
 
 from bus import Node, Received
-from bus.envelope import Envelope
-from bus.rhythm import Rhythm
-from bus.stream import THINNED_HZ
+from bus.paced import PacedLoop, paced
 from estimation.base_estimator import BaseEstimate, BaseEstimator, BaseSample
 from estimation.rotations import quaternion_of
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, SensorFrame
 from services.base_estimator.config import BaseEstimatorConfig
 
-WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
-COMPLAINT = 0.02  # s between messages while the input is silent
 LONGEST_STEP = 0.05  # s; over a longer gap nothing is integrated
 
 
@@ -25,7 +20,7 @@ def main(node: Node, config: BaseEstimatorConfig) -> None:
     service = BaseService(node, load_robot(config.robot), config)
     node.ready()
     while node.running:
-        service.spin()
+        service.loop.spin()
 
 
 class BaseService:
@@ -34,52 +29,32 @@ class BaseService:
     def __init__(self, node: Node, robot: Robot, config: BaseEstimatorConfig):
         self._node, self._robot, self._config = node, robot, config
         self._estimator = BaseEstimator(robot, config.support, config.settings())
-        self._last: Envelope | None = None
-        self._estimated = self._next = 0  # stamps, ns
-        self._complained = 0.0  # s
-        self._rhythm, self._found = Rhythm(1.0 / config.rate), False
+        self._estimated = 0  # stamp, ns
         self._reason = "no sensor frame yet"
         common: dict[str, Any] = {"model": robot.model_hash, "dimensions": robot.dimensions}
-        self._sensors = node.input(
+        sensors = node.input(
             ports.service_input(robot, node.name, "sensors"),
             SensorFrame,
             source=config.inputs.get("sensors", ports.name("sensors", robot)),
             rate=ports.rate("sensors"),
-            polled=not config.lockstep,
-            stream="whole" if config.lockstep or config.rate > THINNED_HZ else "thinned",
+            **paced(config.rate, config.lockstep),
             **common,
         )
         self._output = node.output(ports.name("base", robot), BaseState, config.rate, **common)
+        self.loop = PacedLoop(
+            node,
+            sensors,
+            config.rate,
+            config.lockstep,
+            due=self._estimate,
+            restart=lambda: self._estimator.reset(),
+            silent=self._write_nothing,
+        )
         node.verb("status", self.status, help="state of the estimate")
         node.parameters.on_change(self._configure)
 
-    def spin(self) -> None:
-        """Wait for a frame, and estimate when an estimate is due."""
-        lockstep = self._config.lockstep
-        self._node.wait(WAIT if lockstep else self._rhythm.rest(self._found))
-        sample = self._sensors.newest()
-        self._found = sample is not None
-        if sample is not None:
-            self._take(sample)
-        if not self._sensors.fresh:
-            self._complain(self._sensors.reason)
-
-    def _take(self, sample: Received) -> None:
-        envelope = sample.envelope
-        repeated = self._last is not None and envelope.stamp == self._last.stamp
-        if self._last is not None and envelope.stamp < self._last.stamp:
-            self._estimator.reset()
-            self._next = 0
-        self._last = envelope
-        if envelope.stamp >= self._next:
-            self._estimate(sample.data, envelope)
-        elif repeated and not envelope.valid:  # nothing new comes, and somebody says why
-            self._complain(envelope.reason)
-        self._node.acknowledge(envelope.stamp)
-
-    def _estimate(self, frame: SensorFrame, envelope: Envelope) -> None:
-        period = int(1e9 / self._config.rate)
-        self._next = (envelope.stamp // period + 1) * period
+    def _estimate(self, received: Received) -> None:
+        frame, envelope = received.data, received.envelope
         if not envelope.valid:
             self._write_nothing(envelope.reason)
             return
@@ -93,12 +68,6 @@ class BaseService:
         else:
             self._output.write(_message(estimate), like=envelope)
 
-    def _complain(self, reason: str) -> None:
-        now = time.monotonic()
-        if now - self._complained >= COMPLAINT:
-            self._complained = now
-            self._write_nothing(reason)
-
     def _write_nothing(self, reason: str) -> None:
         self._reason = reason
         upright = np.array([1.0, 0.0, 0.0, 0.0])
@@ -108,12 +77,10 @@ class BaseService:
             twist=np.zeros(6),
             covariance=np.zeros((12, 12)),
         )
-        self._output.write(nothing, like=self._last, valid=False, reason=reason)
+        self._output.write(nothing, like=self.loop.last, valid=False, reason=reason)
 
     def _configure(self, old: BaseEstimatorConfig, new: BaseEstimatorConfig) -> None:
-        fixed = ("robot", "lockstep", "inputs", "rate")
-        if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
-            raise ValueError(f"{changed[0]} cannot be changed while the service runs")
+        old.check_change(new)
         self._estimator = BaseEstimator(self._robot, new.support, new.settings())
         self._config = new
 

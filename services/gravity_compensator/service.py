@@ -1,6 +1,5 @@
 """The gravity compensator: posture, attitude and loads in, feed-forward torques out."""
 
-import time
 from typing import Any
 
 import numpy as np
@@ -8,16 +7,13 @@ import numpy as np
 from bus import Input, Node, Received
 from bus.envelope import Envelope
 from bus.lockstep import Join
-from bus.rhythm import Rhythm
-from bus.stream import THINNED_HZ
+from bus.paced import PacedLoop, paced
 from estimation.gravity import GravityCompensator
 from estimation.rotations import rotation_of
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, ExternalWrenches, GravityTorques, SensorFrame
 from services.gravity_compensator.config import GravityCompensatorConfig
 
-WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
-COMPLAINT = 0.02  # s between messages while an input is silent
 LONGEST_STEP = 0.1  # s; the load sharing moves no further over a longer gap
 
 
@@ -26,7 +22,7 @@ def main(node: Node, config: GravityCompensatorConfig) -> None:
     service = GravityService(node, load_robot(config.robot), config)
     node.ready()
     while node.running:
-        service.spin()
+        service.loop.spin()
 
 
 class GravityService:
@@ -35,12 +31,9 @@ class GravityService:
     def __init__(self, node: Node, robot: Robot, config: GravityCompensatorConfig):
         self._node, self._robot, self._config = node, robot, config
         self._compensator = GravityCompensator(robot, config.support, config.sharing_time)
-        self._last: Envelope | None = None
-        self._done = self._next = 0  # stamps, ns
-        self._complained = 0.0  # s
-        self._rhythm, self._found = Rhythm(1.0 / config.rate), False
+        self._done = 0  # stamp, ns
         self._reason = "no sensor frame yet"
-        self._sensors = self._input("sensors", SensorFrame)
+        sensors = self._input("sensors", SensorFrame)
         self._base = self._input("base", BaseState)
         self._wrenches = self._input("wrenches", ExternalWrenches)
         self._join = Join(node, [self._base, self._wrenches])
@@ -51,49 +44,32 @@ class GravityService:
             model=robot.model_hash,
             dimensions=robot.dimensions,
         )
+        self.loop = PacedLoop(
+            node,
+            sensors,
+            config.rate,
+            config.lockstep,
+            due=self._compensate,
+            restart=lambda: self._compensator.reset(),
+            silent=self._write_nothing,
+        )
         node.verb("status", self.status, help="state, shares of the load")
         node.parameters.on_change(self._configure)
 
     def _input(self, key: str, kind: type) -> Input:
-        robot, lockstep = self._robot, self._config.lockstep
+        robot, config = self._robot, self._config
         return self._node.input(
             ports.service_input(robot, self._node.name, key),
             kind,
-            source=self._config.inputs.get(key, ports.name(key, robot)),
+            source=config.inputs.get(key, ports.name(key, robot)),
             rate=ports.rate(key),
             model=robot.model_hash if kind is not BaseState else "",
             dimensions={**robot.dimensions, "s": len(robot.subtrees)},
-            polled=not lockstep,
-            stream="whole" if lockstep or self._config.rate > THINNED_HZ else "thinned",
+            **paced(config.rate, config.lockstep),
         )
 
-    def spin(self) -> None:
-        """Wait for messages, and compensate when torques are due."""
-        lockstep = self._config.lockstep
-        self._node.wait(WAIT if lockstep else self._rhythm.rest(self._found))
-        sample = self._sensors.newest()
-        self._found = sample is not None
-        if sample is not None:
-            self._take(sample)
-        if not self._sensors.fresh:
-            self._complain(self._sensors.reason)
-
-    def _take(self, sample: Received) -> None:
-        envelope = sample.envelope
-        repeated = self._last is not None and envelope.stamp == self._last.stamp
-        if self._last is not None and envelope.stamp < self._last.stamp:
-            self._compensator.reset()
-            self._next = 0
-        self._last = envelope
-        if envelope.stamp >= self._next:
-            period = int(1e9 / self._config.rate)
-            self._next = (envelope.stamp // period + 1) * period
-            self._compensate(sample.data, envelope)
-        elif repeated and not envelope.valid:  # nothing new comes, and somebody says why
-            self._complain(envelope.reason)
-        self._node.acknowledge(envelope.stamp)
-
-    def _compensate(self, frame: SensorFrame, envelope: Envelope) -> None:
+    def _compensate(self, received: Received) -> None:
+        frame, envelope = received.data, received.envelope
         self._join.wait(envelope.stamp)
         if reason := self._obstacle(frame, envelope):
             self._write_nothing(reason)
@@ -136,21 +112,13 @@ class GravityService:
                 return i
         return -1
 
-    def _complain(self, reason: str) -> None:
-        now = time.monotonic()
-        if now - self._complained >= COMPLAINT:
-            self._complained = now
-            self._write_nothing(reason)
-
     def _write_nothing(self, reason: str) -> None:
         self._reason = reason
         nothing = GravityTorques(torque=np.zeros(self._robot.n))
-        self._output.write(nothing, like=self._last, valid=False, reason=reason)
+        self._output.write(nothing, like=self.loop.last, valid=False, reason=reason)
 
     def _configure(self, old: GravityCompensatorConfig, new: GravityCompensatorConfig) -> None:
-        fixed = ("robot", "lockstep", "inputs", "rate")
-        if changed := [name for name in fixed if getattr(old, name) != getattr(new, name)]:
-            raise ValueError(f"{changed[0]} cannot be changed while the service runs")
+        old.check_change(new)
         self._compensator = GravityCompensator(self._robot, new.support, new.sharing_time)
         self._config = new
 

@@ -1,6 +1,6 @@
 """Settings of the torque observer."""
 
-from typing import Self
+from typing import ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -106,6 +106,7 @@ class TorqueObserverConfig(RobotServiceConfig):
     drift: DriftConfig = DriftConfig()
     follow_touches: bool = False
     inputs: dict[str, str] = {}
+    FIXED: ClassVar[tuple[str, ...]] = (*RobotServiceConfig.FIXED, "follow_touches", "inputs")
 
     @model_validator(mode="after")
     def _repeatable(self) -> Self:

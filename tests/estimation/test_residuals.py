@@ -31,7 +31,7 @@ def terms_at(model: pin.Model, q: np.ndarray, v: np.ndarray, force: np.ndarray):
     data = model.createData()
     mass = pin.crba(model, data, q).copy()
     coriolis = pin.computeCoriolisMatrix(model, data, q, v).copy()
-    return floating_terms(mass, coriolis, v, force), mass, coriolis
+    return floating_terms(mass, coriolis, v, force, np.zeros(model.nv)), mass, coriolis
 
 
 def literal_internal(mass, coriolis, mass_rate, v, force):
@@ -59,10 +59,10 @@ def test_internal_terms_equal_the_literal_formulas_with_all_matrices(robot: Robo
         force = rng.normal(size=model.nv)
         terms, mass, coriolis = terms_at(model, q, v, force)
         literal = literal_internal(mass, coriolis, coriolis + coriolis.T, v, force)
-        np.testing.assert_allclose(terms[0, 1, 6:], literal[0], atol=1e-11)
-        np.testing.assert_allclose(terms[1, 1, 6:], literal[1], atol=1e-11)
+        np.testing.assert_allclose(terms[0, model.nv :], literal[0], atol=1e-11)
+        np.testing.assert_allclose(terms[1, model.nv :], literal[1], atol=1e-11)
         measured = literal_internal(mass, coriolis, mass_rate_at(model, q, v), v, force)
-        np.testing.assert_allclose(terms[1, 1, 6:], measured[1], atol=1e-6)
+        np.testing.assert_allclose(terms[1, model.nv :], measured[1], atol=1e-6)
 
 
 def test_momenta_change_as_their_rates_say_when_nothing_is_unknown(robot: Robot) -> None:
@@ -89,8 +89,8 @@ def test_internal_terms_do_not_depend_on_linear_velocity_of_the_base(robot: Robo
     moved = v + np.concatenate((rng.normal(size=3), np.zeros(model.nv - 3)))
     force = np.zeros(model.nv)
     first, second = (terms_at(model, q, x, force)[0] for x in (v, moved))
-    np.testing.assert_allclose(first[0, 1], second[0, 1], atol=1e-12)
-    np.testing.assert_allclose(first[1, 1], second[1, 1], atol=1e-11)
+    np.testing.assert_allclose(first[0, model.nv :], second[0, model.nv :], atol=1e-12)
+    np.testing.assert_allclose(first[1, model.nv :], second[1, model.nv :], atol=1e-11)
 
 
 def test_the_filter_is_exact_for_a_constant_unknown_force_at_every_gain_and_step() -> None:
@@ -213,3 +213,24 @@ def test_residuals_evaluated_at_every_fourth_sample_are_the_same(robot: Robot) -
             fourth.evaluate(frame.q, frame.dq)
     np.testing.assert_allclose(fourth.sample.external, every.sample.external, atol=0.1)
     np.testing.assert_allclose(fourth.sample.internal, every.sample.internal, atol=0.03)
+
+
+def test_many_samples_at_once_give_the_numbers_of_one_by_one(robot: Robot) -> None:
+    rng, size = np.random.default_rng(5), 300  # 0.6 s: the frame falls anew twice
+    n, k = robot.n, len(robot.ft_sensors)
+    shapes = {"torque": (n,), "ft": (k, 6), "gyro": (3,), "acc": (3,), "q": (n,), "dq": (n,)}
+    torque, ft, gyro, acc, q, dq = (rng.normal(size=(size, *s)) for s in shapes.values())
+    singly, together = FloatingResiduals(robot), FloatingResiduals(robot)
+    expected = []
+    for i in range(size):
+        singly.add(torque[i], ft[i], gyro[i], acc[i], 2e-3)
+        if i % 3 == 1:
+            singly.evaluate(q[i], dq[i])
+            expected.append(singly.values)
+    found = []
+    for block in np.split(np.arange(size), [100, 101, 240]):
+        due = np.flatnonzero(block % 3 == 1)
+        rows, stacked = block[due], (torque[block], ft[block], gyro[block], acc[block])
+        periods = [2e-3] * len(block)
+        found += list(together.evaluate_over(periods, stacked, due, q[rows], dq[rows]))
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)

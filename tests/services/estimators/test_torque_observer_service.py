@@ -179,6 +179,21 @@ def test_contacts_on_one_subtree_share_its_wrench_and_what_is_undecided_is_told(
     np.testing.assert_allclose(said.unexplained[right], said.subtree_wrench[right])
 
 
+def test_silence_is_told_of_every_contact_when_one_was_added(feed):
+    (wrenches,) = ready(feed, "wrenches")
+    writer = feed.writer(ports.name("contact_points", ROBOT), ContactPoints)
+    points = ContactPoints(link=["l_forearm", "l_hand"], point=np.zeros((2, 3)))
+
+    def added():
+        writer.write(points)
+        return says(wrenches, True, lambda d: len(d.frame) == len(ROBOT.subtrees) + 1)
+
+    frames = feed.until(added).data.frame
+    while (silent := says(wrenches, False)) is None:
+        feed.node.wait(0.1)
+    assert silent.data.frame == frames and not silent.data.wrench.any()
+
+
 def test_any_wrench_is_told_in_any_frame(feed):
     (wrenches,) = ready(feed, "wrenches")
     feed.until(lambda: says(wrenches, True))
