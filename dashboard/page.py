@@ -42,6 +42,7 @@ class Page:
         self._inputs = Inputs(node, robot, config.inputs)
         self._view = View(server.scene, robot, surface, config)
         self._panel = Panel(server.gui, robot, tuple(b.name for b in surface.bodies), config)
+        server.scene.on_click()(self._panel.poke)
         self._errands = Errands(node)
         self._actions = Actions(
             self._panel, self._errands, robot, surface, self._view.estimate, config

@@ -4,6 +4,7 @@ from collections import deque
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import viser
 
 from bus.session import insecure_notice
@@ -13,6 +14,7 @@ from . import recording
 from .chart import ResidualChart
 from .config import DashboardConfig
 from .html import AMBER, GREY, line, note
+from .picking import Ray
 from .push import DIRECTIONS
 from .replay_bar import ReplayBar
 
@@ -28,10 +30,11 @@ TORQUES = "Link torques [N m], limits at the bars' ends"
 
 
 class Click(NamedTuple):
-    """A button was pressed by a browser."""
+    """A button was pressed by a browser, or the scene clicked (``poke``, along ``ray``)."""
 
     button: str
     client: viser.ClientHandle | None
+    ray: Ray | None = None
 
 
 class Panel:
@@ -64,6 +67,11 @@ class Panel:
             self.inputs = gui.add_html("")
         with tabs.add_tab("Help"):
             gui.add_markdown((Path(__file__).parent / "help.md").read_text())
+
+    def poke(self, event: viser.SceneClickEvent) -> None:
+        """Take note of a click into the scene."""
+        ray = Ray(np.array(event.ray_origin), np.array(event.ray_direction))
+        self.clicks.append(Click("poke", event.client, ray))
 
     def _add_push(
         self, gui: viser.GuiApi, robot: Robot, links: tuple[str, ...], config: DashboardConfig
