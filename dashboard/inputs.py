@@ -7,6 +7,7 @@ from bus import Input, Node
 from robot_model import Robot, ports
 from robot_model.messages import (
     BaseState,
+    ContactMap,
     Contacts,
     ExternalWrenches,
     GroundTruth,
@@ -26,6 +27,7 @@ READ = {
     "wrenches": ExternalWrenches,
     "residuals": Residuals,
     "contacts": Contacts,
+    "contact_map": ContactMap,
     "truth": GroundTruth,
 }
 

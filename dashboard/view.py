@@ -9,11 +9,12 @@ from robot_model.surface import Surface
 
 from .config import DashboardConfig
 from .force_scene import ForceScene
-from .forces import estimated_forces, segments, true_forces
+from .forces import Force, estimated_forces, segments, true_forces
+from .likelihood import Likelihood
 from .placement import Placement
 from .robot_scene import RobotScene
 from .snapshot import Snapshot
-from .touches import touches
+from .touches import action_lines, raised, touches
 
 Array = np.ndarray
 
@@ -30,6 +31,7 @@ class View:
         self._truth = Placement(robot)
         links = tuple(body.name for body in surface.bodies)
         self._robot = RobotScene(scene, surface, self.estimate.parents(links))
+        self._likelihood = Likelihood(scene, self._robot.paths)
         self._forces = ForceScene(scene)
         self._config = config
         self._base = robot.base_link
@@ -44,6 +46,7 @@ class View:
             self._robot.place(self.estimate.poses(self._robot.links, self._robot.parents))
             self._seen = True
         self._draw_contacts(now.contacts, stale=now.sensors is None)
+        self._draw_places(now)
         self._draw_estimate(now.wrenches, hide_below)
         self._draw_truth(now.truth if show_truth else None, hide_below)
 
@@ -63,9 +66,19 @@ class View:
         )
         self._robot.shade(touched, stale)
 
+    def _draw_places(self, now: Snapshot) -> None:
+        """Draw the map of a touch and its line of action while a limb is touched."""
+        found = now.contact_map if now.contacts is not None and raised(now.contacts) else None
+        self._likelihood.show(found)
+        lines = [] if found is None else action_lines(found, self._base, self.estimate)
+        self._forces.show_lines(np.array(lines, dtype=np.float32).reshape(-1, 2, 3))
+
     def _draw_estimate(self, wrenches: ExternalWrenches | None, hide_below: float) -> None:
         forces = [] if wrenches is None else estimated_forces(wrenches, self.estimate)
-        self._forces.show_estimate(*self._arrows(forces, hide_below))
+        undecided = [force for force in forces if not force.decided]
+        decided = [force for force in forces if force.decided]
+        unsure = np.concatenate(self._arrows(undecided, hide_below))
+        self._forces.show_estimate(*self._arrows(decided, hide_below), unsure)
 
     def _draw_truth(self, truth: GroundTruth | None, hide_below: float) -> None:
         if truth is None:
@@ -75,9 +88,10 @@ class View:
         arrows = self._arrows(true_forces(truth, self._truth), hide_below)
         self._forces.show_truth(np.concatenate(arrows))
 
-    def _arrows(self, forces: list, hide_below: float) -> tuple[Array, Array]:
-        touch, support = self._config.touch_scale, self._config.support_scale
+    def _arrows(self, forces: list[Force], hide_below: float) -> tuple[Array, Array]:
+        touches = (force for force in forces if not force.support)
+        supports = (force for force in forces if force.support)
         return (
-            segments(forces, False, touch, hide_below),
-            segments(forces, True, support, hide_below),
+            segments(touches, self._config.touch_scale, hide_below),
+            segments(supports, self._config.support_scale, hide_below),
         )
