@@ -17,6 +17,7 @@ from .html import AMBER, GREY, line, note
 from .picking import Ray
 from .push import DIRECTIONS
 from .replay_bar import ReplayBar
+from .tuning import Tuning
 
 LEGEND = (
     "<style>#legend span {{white-space:nowrap;margin-right:10px}}</style>"
@@ -53,6 +54,8 @@ class Panel:
         tabs = gui.add_tab_group()
         with tabs.add_tab("Live"):
             self.chart = ResidualChart(gui, robot, config.chart_points)
+            self.touches = gui.add_html("")
+            self.strip = gui.add_html("")
             self._add_push(gui, robot, links, config)
             self._add_buttons(gui)
             self.result = gui.add_html(note("result", ""))
@@ -62,6 +65,8 @@ class Panel:
             gui.add_html(note("torques-title", TORQUES))
             self.torques = gui.add_html("")
             self._add_view(gui, config)
+        with tabs.add_tab("Tune"):
+            self.tuning = Tuning(gui)
         with tabs.add_tab("Ports"):
             self.ports = gui.add_html(note("ports", "looking for ports"))
             self.inputs = gui.add_html("")
@@ -105,6 +110,9 @@ class Panel:
     def _add_view(self, gui: viser.GuiApi, config: DashboardConfig) -> None:
         self.show_truth = gui.add_checkbox(
             "True forces", True, hint="What the simulator knows, in blue; no estimate uses it"
+        )
+        self.show_places = gui.add_checkbox(
+            "Places of a touch", True, hint="The map over the surface, and the line of action"
         )
         self.hide_below = gui.add_slider("Hide below [N]", 0.0, 20.0, 0.5, config.hide_below)
         self._add_button(gui, "Reset", "reset", "Stand the simulated robot up again", "gray")

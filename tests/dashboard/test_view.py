@@ -9,18 +9,10 @@ import pytest
 from dashboard.chart import ResidualChart
 from dashboard.config import DashboardConfig
 from dashboard.robot_scene import BODY, STALE
-from dashboard.server import open_server
 from dashboard.snapshot import Snapshot
 from dashboard.view import View
 from robot_model.messages import Contacts, Residuals
 from tests.dashboard.feeder import Feeder, FeederConfig
-
-
-@pytest.fixture(scope="module")
-def server():
-    opened = open_server(DashboardConfig())
-    yield opened
-    opened.stop()
 
 
 @pytest.fixture
