@@ -16,6 +16,7 @@ from bus.service import serve
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import (
     BaseState,
+    ContactMap,
     Contacts,
     ExternalWrenches,
     GroundTruth,
@@ -32,6 +33,7 @@ MESSAGES = {
     "wrenches": ExternalWrenches,
     "residuals": Residuals,
     "contacts": Contacts,
+    "contact_map": ContactMap,
     "truth": GroundTruth,
 }
 STEP = 0.02  # [s]
@@ -49,10 +51,12 @@ class Feeder:
         feeder = cls.__new__(cls)
         feeder.robot, feeder.config = robot, config
         feeder.push, feeder.time = None, 0.0
+        feeder.surface = robot.load_surface()
         return feeder
 
     def __init__(self, node: Node, robot: Robot, config: FeederConfig):
         self.robot, self.node, self.config = robot, node, config
+        self.surface = robot.load_surface()
         self.outputs = {
             what: node.output(
                 ports.name(what, robot),
@@ -204,11 +208,46 @@ class Feeder:
     def contacts(self) -> Contacts:
         limbs = [subtree.name for subtree in self.robot.subtrees]
         quiet = {"state": "none", "probability": 0.01, "onset": 0, "force": 0.0}
+        quiet |= {"statistic": 1.5, "threshold": 6.5}
         flags = [{"limb": limb, **quiet} for limb in limbs]
         if self.push is None:
-            return Contacts(flags=flags, hypotheses=[], none_probability=0.99)
-        flags[self.robot.subtree_of(self.push["link"])] |= {"state": "contact", "probability": 0.9}
-        return Contacts(flags=flags, hypotheses=[self._hypothesis()], none_probability=0.1)
+            return Contacts(flags=flags, hypotheses=[], none_probability=0.99, body=quiet)
+        touched = {"state": "contact", "probability": 0.9, "statistic": 12.0}
+        flags[self.robot.subtree_of(self.push["link"])] |= touched
+        return Contacts(
+            flags=flags,
+            hypotheses=[self._hypothesis()],
+            none_probability=0.1,
+            body=quiet | touched,
+        )
+
+    def contact_map(self) -> ContactMap:
+        push = self.push
+        if push is None:
+            nothing = np.zeros((0, 3))
+            return ContactMap(
+                link=[],
+                count=[],
+                point=nothing,
+                probability=np.zeros(0),
+                limb=[],
+                line_point=nothing,
+                line_direction=nothing,
+            )
+        body = [body.name for body in self.surface.bodies].index(push["link"])
+        points = self.surface.points[self.surface.body == body]
+        distance = np.linalg.norm(points - np.array(push["point"]), axis=1)
+        likelihood = np.exp(-0.5 * (distance / 0.02) ** 2)
+        direction = np.array(push["force"]) / np.linalg.norm(push["force"])
+        return ContactMap(
+            link=[push["link"]],
+            count=[len(points)],
+            point=points,
+            probability=likelihood / likelihood.sum(),
+            limb=[self.robot.subtrees[self.robot.subtree_of(push["link"])].name],
+            line_point=np.array([[0.0, 0.2, 0.1]]),
+            line_direction=direction[None],
+        )
 
     def _hypothesis(self) -> dict[str, Any]:
         push = self.push or {}

@@ -8,10 +8,11 @@ import pytest
 
 from dashboard.chart import ResidualChart
 from dashboard.config import DashboardConfig
+from dashboard.likelihood import MOST, drawn_parts
 from dashboard.robot_scene import BODY, STALE
 from dashboard.snapshot import Snapshot
 from dashboard.view import View
-from robot_model.messages import Contacts, Residuals
+from robot_model.messages import ContactMap, Contacts, Residuals
 from tests.dashboard.feeder import Feeder, FeederConfig
 
 
@@ -26,6 +27,7 @@ def known(robot) -> Snapshot:
     said = Feeder.silent(robot, FeederConfig())
     said.push = {"link": "l_forearm", "point": [0.0, 0.0, 0.1], "force": [20.0, 0.0, 0.0]}
     names = ("sensors", "base", "torques", "wrenches", "residuals", "contacts", "truth")
+    names += ("contact_map",)
     return Snapshot(**{name: getattr(said, name)() for name in names})
 
 
@@ -73,6 +75,63 @@ def test_hypotheses_go_when_the_contact_goes(view, known):
     assert not view._forces._hypotheses.visible
     assert not view._forces._label.visible
     assert not view._forces._best.visible
+
+
+def test_map_of_a_touch_is_coloured_dots_on_the_body_and_a_line(view, known):
+    update(view, known)
+    (cloud,) = view._likelihood._clouds.values()
+    assert cloud.visible and cloud.name.endswith("/l_forearm/likelihood")
+    assert len(cloud.points) == known.contact_map.count[0]
+    brightest = cloud.points[np.argmax(cloud.colors.sum(axis=1))]
+    assert brightest == pytest.approx(known.contacts.hypotheses[0]["point"], abs=0.06)
+    assert view._forces._lines.visible and view._forces._lines.points.shape == (1, 2, 3)
+
+
+@pytest.mark.parametrize("what", ["contact_map", "contacts", "sensors"])
+def test_map_and_line_go_when_nothing_is_known_of_a_touch(view, known, what):
+    update(view, known)
+    update(view, replace(known, **{what: None}))
+    assert not any(cloud.visible for cloud in view._likelihood._clouds.values())
+    assert not view._forces._lines.visible
+
+
+def test_map_is_not_shown_while_no_limb_is_touched(view, known):
+    quiet = [flag | {"state": "none"} for flag in known.contacts.flags]
+    update(view, replace(known, contacts=Contacts(flags=quiet, hypotheses=[])))
+    assert not view._likelihood._clouds and not view._forces._lines.visible
+
+
+def test_map_that_is_too_large_loses_the_least_probable_links():
+    counts = [MOST // 2, MOST // 2, 5]
+    chances = np.concatenate(
+        [np.full(n, p / n) for n, p in zip(counts, (0.1, 0.6, 0.3), strict=True)]
+    )
+    found = ContactMap(
+        link=["a", "b", "c"],
+        count=counts,
+        point=np.zeros((sum(counts), 3)),
+        probability=chances,
+        limb=[],
+        line_point=np.zeros((0, 3)),
+        line_direction=np.zeros((0, 3)),
+    )
+    assert {link: len(points) for link, (points, _) in drawn_parts(found).items()} == {
+        "b": MOST // 2,
+        "c": 5,
+    }
+
+
+def test_wrench_that_the_data_leave_open_is_grey_and_says_so(view, known):
+    said = known.wrenches
+    hand = len(said.frame) - 1
+    said.wrench[hand, :3] = [0.0, 0.0, 12.0]
+    decided = [i != hand for i in range(len(said.frame))]
+    update(view, replace(known, wrenches=replace(said, decided=decided)))
+    scene = view._forces
+    assert scene._undecided.visible and not scene._touches.visible
+    assert scene._open.visible and scene._open.text == "undecided"
+    update(view, known)
+    assert scene._touches.visible and not scene._undecided.visible and not scene._open.visible
 
 
 def test_truth_can_be_switched_off(view, known):
