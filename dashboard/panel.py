@@ -25,7 +25,8 @@ LEGEND = (
     '<span><b style="color:#ff7a2e">&#10142; estimated touch</b> 1 cm = {touch:g} N</span>'
     '<span><b style="color:#ffbe00">&#10142; estimated support</b> 1 cm = {support:g} N</span>'
     '<span><b style="color:#4aa3ff">&#9679;&#9472; true force</b> same scales</span>'
-    '<span><b style="color:#ff46c8">&#9679; touch hypothesis</b> brighter: likelier</span></div>'
+    '<span><b style="color:#ff46c8">&#9679; place of a touch</b> brighter: likelier</span>'
+    '<span><b style="color:#ff46c8">&#9472;</b> its line of action</span></div>'
 )
 TORQUES = "Link torques [N m], limits at the bars' ends"
 
@@ -54,12 +55,12 @@ class Panel:
         tabs = gui.add_tab_group()
         with tabs.add_tab("Live"):
             self.chart = ResidualChart(gui, robot, config.chart_points)
-            self.touches = gui.add_html("")
             self.strip = gui.add_html("")
             self._add_push(gui, robot, links, config)
             self._add_buttons(gui)
             self.result = gui.add_html(note("result", ""))
             self.recording = gui.add_html(note("recording", ""))
+            self.touches = gui.add_html("")  # comes and goes: the buttons above it must not move
             self._add_legend(gui, config)
             self.offsets = gui.add_html("")
             gui.add_html(note("torques-title", TORQUES))
