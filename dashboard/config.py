@@ -28,6 +28,7 @@ class DashboardConfig(RobotServiceConfig):
     touch_scale: float = Field(default=0.01, gt=0.0)  # [m/N]
     support_scale: float = Field(default=0.001, gt=0.0)  # [m/N]
     hide_below: float = Field(default=2.0, ge=0.0)  # [N]
+    chart_seconds: float = Field(default=12.0, gt=0.0)  # [s]
     chart_points: int = Field(default=300, ge=2, le=300)
 
     push_force: float = Field(default=15.0, gt=0.0)  # [N]

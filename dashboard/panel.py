@@ -54,7 +54,7 @@ class Panel:
         self.replay = ReplayBar(gui)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Live"):
-            self.chart = ResidualChart(gui, robot, config.chart_points)
+            self.chart = ResidualChart(gui, robot, config.chart_points, config.chart_seconds)
             self.strip = gui.add_html("")
             self._add_push(gui, robot, links, config)
             self._add_buttons(gui)

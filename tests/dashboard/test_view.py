@@ -152,7 +152,7 @@ def test_camera_stands_where_the_configuration_says_in_the_bases_axes(view, know
 
 
 def test_chart_shows_the_classical_residual_while_only_that_is_valid(server, robot):
-    chart = ResidualChart(server.gui, robot, points=10)
+    chart = ResidualChart(server.gui, robot, points=10, seconds=1.0)
     n = robot.n
     pole = Residuals(
         internal=np.zeros(n),
@@ -173,7 +173,7 @@ def test_chart_shows_the_classical_residual_while_only_that_is_valid(server, rob
 
 
 def test_chart_leaves_a_gap_where_residuals_are_missing(server, robot, known):
-    chart = ResidualChart(server.gui, robot, points=10)
+    chart = ResidualChart(server.gui, robot, points=10, seconds=1.0)
     chart.add(0.0, known.residuals)
     chart.add(0.1, None)
     chart.draw()
@@ -181,7 +181,7 @@ def test_chart_leaves_a_gap_where_residuals_are_missing(server, robot, known):
 
 
 def test_chart_does_not_begin_with_a_gap(server, robot, known):
-    chart = ResidualChart(server.gui, robot, points=10)
+    chart = ResidualChart(server.gui, robot, points=10, seconds=1.0)
     for time, residuals in enumerate((None, known.residuals, known.residuals)):
         chart.add(float(time), residuals)
     chart.draw()
