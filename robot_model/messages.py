@@ -254,7 +254,8 @@ class ContactMap:
     """How probable a touch is at each place of the surface, and its line of action.
 
     The points of ``link[i]`` are the next ``count[i]`` rows; links that are hopeless are
-    left out. Each located ``limb`` has the line of its net force.
+    left out, and without a touch all is empty. Each touched ``limb`` has the line along
+    which its force acts on the robot.
     """
 
     TYPE: ClassVar[str] = "ContactMap/1"

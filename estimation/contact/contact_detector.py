@@ -1,15 +1,15 @@
 """Contact detector: flags per limb and places, from sensor frames alone."""
 
 from dataclasses import dataclass, field
-from math import expm1
 
 import numpy as np
 
 from estimation.contact.contact_rows import ContactRows
 from estimation.contact.limb_monitor import Levels, LimbFlag, LimbMonitor
-from estimation.contact.localisation import NOWHERE, Hypothesis, Localisation, Localiser
+from estimation.contact.localisation import Localisation
 from estimation.contact.quiet_period import Quiet
 from estimation.contact.row_covariance import RowCovariance, RowNoise
+from estimation.contact.touch_locator import TouchLocator
 from estimation.saturation import faults_by_name
 from robot_model import Robot
 from robot_model.messages import SensorFrame
@@ -28,6 +28,7 @@ class DetectorSettings:
     smoothing: float = 0.06  # time constant of the rows that a touch is located with
     drift_time: float = 20.0  # time constant of the slow tare
     calm: float = 0.5  # fraction of every threshold below which the slow tare runs
+    method: str = "surface"  # how touches are located: surface, line or particle
 
 
 class ContactDetector:
@@ -45,14 +46,15 @@ class ContactDetector:
         self.settings = settings or DetectorSettings()
         self.rows = ContactRows(robot, support)
         self.covariance = RowCovariance(self.rows, self.settings.noise)
-        self._local = RowCovariance(self.rows, self.settings.noise)
-        self._localiser = Localiser(self.rows)
+        self.locator = TouchLocator(
+            self.rows, self.settings.noise, self.settings.smoothing, self.settings.method
+        )
         limbs = tuple(subtree.name for subtree in robot.subtrees)
         self.monitor = LimbMonitor(limbs, self.settings.levels)
         self._boundary = np.abs(self.rows.layout.incidence[:, 1:])
         nv = self.rows.layout.model.nv
         self._offset, self._expected = np.zeros(nv), np.zeros(nv)
-        self._touch, self._smooth = np.zeros(nv), np.zeros(nv)
+        self._touch = np.zeros(nv)
         self.tared = False
         self.wrenches = np.zeros((len(limbs), 6))  # tared; IMU axes, about its origin
         self.reset()
@@ -60,6 +62,7 @@ class ContactDetector:
     def reset(self) -> None:
         """Forget contacts and filters, as after a jump of the stamps; the tare stays."""
         self.monitor.reset()
+        self.locator.reset()
         self._stamp: int | None = None
         self._covariance_stamp = 0
         self._flags: tuple[object, ...] = ()
@@ -79,14 +82,14 @@ class ContactDetector:
         raw = self.rows.update(frame)
         touch = np.subtract(raw, self._offset, out=self._touch)
         period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
-        blend = 1.0 if self._stamp is None else -expm1(-period / self.settings.smoothing)
-        self._smooth += blend * (touch - self._smooth)
+        self.locator.add(touch, period)
         self._stamp = stamp
         self.wrenches = wrenches = self.rows.wrenches(touch)
         self._refresh(frame, stamp)
         statistic = np.sqrt(np.vecdot(wrenches, np.matvec(self._information, wrenches)))
         force = np.sqrt(np.vecdot(wrenches[:, :3], wrenches[:, :3]))
         flags = self.monitor.update(statistic, force, stamp, self._reasons)
+        self.locator.keep(self.touched)
         if self.tared and not self.touched:
             self._follow_drift(statistic, period)
         return flags
@@ -95,7 +98,7 @@ class ContactDetector:
         """Take the offsets and thresholds that a quiet period showed."""
         self._offset[:] = quiet.rows
         self._expected[:] = quiet.predicted
-        self._smooth[:] = 0.0
+        self.locator.reset()
         self.tared = True
         self.monitor.learn(quiet.statistics(self._information))
         self.monitor.reset()
@@ -110,6 +113,7 @@ class ContactDetector:
     def configure(self, settings: DetectorSettings) -> None:
         """Change times and levels; contacts and the tare stay."""
         self.settings = settings
+        self.locator.configure(settings.smoothing, settings.method)
         self.monitor.levels = settings.levels
         self.monitor.threshold = np.maximum(self.monitor.threshold, settings.levels.contact)
 
@@ -126,27 +130,12 @@ class ContactDetector:
     def locate(self, frame: SensorFrame) -> Localisation:
         """Locate the touch of every touched limb, at the posture of the last step.
 
-        Each limb is looked at for itself: other touched limbs and those that are not
-        valid are made blind. Probabilities of one limb sum to one with its share of none.
+        Call it at a steady rate while a limb is touched: what is held is known better
+        with time. Probabilities of one limb sum to one with its share of none.
         """
-        found = [self._locate_limb(frame, limb) for limb in self.touched]
-        if not found:
-            return NOWHERE
-        if len(found) == 1:
-            return found[0]
-        hypotheses: list[Hypothesis] = [h for one in found for h in one.hypotheses]
-        hypotheses.sort(key=lambda h: -h.probability)
-        nowhere = float(np.mean([one.none_probability for one in found]))
-        return Localisation(tuple(hypotheses), nowhere)
-
-    def _locate_limb(self, frame: SensorFrame, limb: int) -> Localisation:
-        excluded = set(self.rows.removed.subtrees) | {limb}
-        blind = {i for i in self.touched if i not in excluded}
-        blind |= {i for i, why in enumerate(self._reasons) if why and i not in excluded}
-        removed = self.rows.removing(sorted(blind))
-        touch = self.rows.remove(self._smooth.copy(), removed)
-        self._local.update(frame, removed, self._model_error())
-        return self._localiser.locate(touch, self._local, limb)
+        unjudged = [i for i, why in enumerate(self._reasons) if why]
+        error = self._model_error()
+        return self.locator.locate(frame, self.touched, unjudged, error, self._stamp or 0)
 
     def _model_error(self) -> Array:
         if not self.tared:

@@ -38,6 +38,7 @@ class RowCovariance:
 
     Attributes:
         matrix: (nv, nv) covariance of ``ContactRows.rows``.
+        active: Indices of the rows that still say something.
     """
 
     def __init__(self, rows: ContactRows, noise: RowNoise | None = None):
@@ -52,7 +53,7 @@ class RowCovariance:
         self._motion, self._reading = self._deviations()
         self._diagonal = np.diag_indices(nv)
         self.matrix = np.zeros((nv, nv))
-        self._active = np.arange(nv)
+        self.active = np.arange(nv)
 
     def update(
         self,
@@ -73,14 +74,14 @@ class RowCovariance:
         errors = spread @ spread.T
         errors[self._diagonal] += self._variances(frame) + np.square(model_error)
         self.matrix = self._without(removed, errors) if removed.subtrees else errors
-        self._active = np.flatnonzero(removed.active)
+        self.active = np.flatnonzero(removed.active)
 
     def whiten(self, vectors: Array) -> Array:
         """Return vectors of rows, (m, nv), in standard deviations, (m, active rows).
 
         Products of whitened vectors are those by the inverse covariance of the active rows.
         """
-        active = self._active
+        active = self.active
         factor, failed = _potrf(self.matrix[np.ix_(active, active)], lower=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance of the rows is not positive definite")

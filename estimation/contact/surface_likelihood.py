@@ -1,23 +1,17 @@
 """Where on the robot's surface a pure force explains the rows of a touch best."""
 
-from collections.abc import Sequence
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from estimation.contact.body_evidence import BodyEvidence
-from estimation.contact.point_forces import (
-    SKEW,
-    entry_cost,
-    monomials,
-    normal_equations,
-    point_forces,
-)
-from robot_model import Robot
+from estimation.contact.limb_touch import HOPELESS, LimbTouch
+from estimation.contact.link_fits import LinkFits, Places
+from estimation.contact.point_forces import SKEW, entry_cost, normal_equations, point_forces
+from estimation.contact.surface_points import SurfacePoints
 
 Array = np.ndarray
-HOPELESS = 40.0  # log-likelihood behind the best at which nothing is tried or counted
 SHIFT = 0.006  # m, how far a touch may lie from the nearest stored point, one sigma
 DEPTH = 0.002  # m, how well the surface's depth is known, one sigma
 _ALONG = np.eye(3) / SHIFT**2
@@ -27,100 +21,114 @@ _TURNING[:3, 3:, 3:], _TURNING[3:, 3:, :3] = SKEW, -SKEW
 _TURNING = _TURNING.reshape(6, 36)
 
 
-class PointFits(NamedTuple):
-    """The best touch on each of k bodies, in their frames."""
+class _Tried(NamedTuple):
+    """All stored points of some links, one link after the other."""
 
-    log_likelihood: Array  # (k,) of the best point, with what its normal costs
-    spread: Array  # (k,) log of the number of points that are about as good
-    point: Array  # (k, 3) m
-    force: Array  # (k, 3) N
-    covariance: Array  # (k, 6, 6) of [point, force]
+    value: list[Array]  # log-likelihood of the points of each link, (P_i,)
+    best: list[int]  # index of the best point of each link
+    force: Array  # (k, 3) N at the best points
+
+
+class Refined(NamedTuple):
+    """Touches moved within the surface to where their likelihood is largest."""
+
+    value: Array  # (k,) log-likelihood, with what its normal costs
+    touch: Array  # (k, 6) [point, force]
+    covariance: Array  # (k, 6, 6)
 
 
 class SurfaceLikelihood:
-    """Exposed points of every body, and the likelihood of a touch at each.
+    """Tries a touch at every exposed point of the touched limb.
 
     A touch is a pure force at a point of the surface, pressing inwards. For every point
     the best force has a closed form, so that all points are simply tried.
+
+    Source: R section VI cuts the line of the external residual (22) with the surface
+    and ranks the candidates by the internal residual. Here the likelihood of every
+    surface point is computed from base, joint and force/torque rows at once: the line, the
+    sub-tree and the joint torques are all in it, weighted by their covariance.
     """
 
-    def __init__(self, robot: Robot):
-        surface = robot.load_surface()
-        self.points: dict[str, Array] = {}  # (P, 3) in the link's frame, by link
-        self.normals: dict[str, Array] = {}
-        for index, body in enumerate(surface.bodies):
-            mine = surface.body == index
-            if mine.any():
-                self.points[body.name] = surface.points[mine]
-                self.normals[body.name] = surface.normals[mine]
-        self._monomials = {link: monomials(points) for link, points in self.points.items()}
-        self._normal_rows = {link: normals.T.copy() for link, normals in self.normals.items()}
+    def __init__(self, surface: SurfacePoints):
+        self._surface = surface
 
-    def fit(self, links: Sequence[str], evidence: BodyEvidence) -> PointFits:
-        """Return the best touch on each link; the evidence is in the frames of the links."""
-        best, force, spread = self._tried(links, evidence)
-        touch = np.concatenate((self._anchors(links, best)[0], force), axis=1)
-        return self._refined(links, touch, spread, evidence)
+    def forget(self, subtree: int) -> None:
+        """Nothing is remembered."""
 
-    def _tried(
-        self, links: Sequence[str], evidence: BodyEvidence
-    ) -> tuple[list[int], Array, Array]:
-        """Try all points; return the best of each link, its force (k, 3), and the spreads (k,)."""
+    def fit(self, touch: LimbTouch) -> LinkFits:
+        """Return the best touch on every hopeful link."""
+        links = touch.links
+        tried = self._tried(links, touch.local)
+        anchor = self._surface.anchors(links, tried.best).point
+        start = np.concatenate((anchor, tried.force), axis=1)
+        value, best, covariance = refine(self._surface, links, start, touch.local)
+        return LinkFits(
+            links=links,
+            weight=value + _spread(tried),
+            point=best[:, :3],
+            force=best[:, 3:],
+            covariance=covariance,
+            misfit=float(touch.free_gain.max() - value.max()),
+            places=lambda: self._places(links, tried),
+        )
+
+    def _tried(self, links: list[str], evidence: BodyEvidence) -> _Tried:
+        surface = self._surface
         forms = normal_equations(*evidence)
-        powers = [self._monomials[link] for link in links]
+        powers = [surface.powers[link] for link in links]
         equations = [form @ power for form, power in zip(forms, powers, strict=True)]
         force, gain = point_forces(np.concatenate(equations, axis=1))
-        normals = np.concatenate([self._normal_rows[link] for link in links], axis=1)
+        normals = np.concatenate([surface.normal_rows[link] for link in links], axis=1)
         value = 0.5 * gain - entry_cost(force, normals)
         starts = [0, *accumulate(power.shape[1] for power in powers)]
         parts = [value[i:j] for i, j in pairwise(starts)]
         best = [int(part.argmax()) for part in parts]
-        behind = [part - part[i] for part, i in zip(parts, best, strict=True)]
-        # the exponential of what is hopeless is slow
-        spread = [np.exp(np.maximum(part, -HOPELESS)).sum() for part in behind]
         chosen = [start + i for start, i in zip(starts, best, strict=False)]
-        return best, force[:, chosen].T, np.log(spread)
+        return _Tried(parts, best, force[:, chosen].T)
 
-    def _anchors(self, links: Sequence[str], index: Sequence[int]) -> tuple[Array, Array]:
-        """Return one stored point of each link and its normal, (k, 3) each."""
-        pairs = list(zip(links, index, strict=True))
-        return (
-            np.array([self.points[link][i] for link, i in pairs]),
-            np.array([self.normals[link][i] for link, i in pairs]),
-        )
+    def _places(self, links: list[str], tried: _Tried) -> Places:
+        weight = np.concatenate(tried.value)
+        count = [len(part) for part in tried.value]
+        return Places(links, count, self._surface.all_of(links).point, weight)
 
-    def _nearest(self, links: Sequence[str], point: Array) -> tuple[Array, Array]:
-        """Return the stored point nearest to one of each link, and its normal."""
-        # |x - p|^2 less what all x share is linear in the monomials of x
-        weights = np.tile([0.0, 0, 0, 0, 1, 0, 0, 1, 0, 1], (len(links), 1))
-        weights[:, 1:4] = -2.0 * point
-        pairs = zip(weights, links, strict=True)
-        return self._anchors(links, [int((w @ self._monomials[x]).argmin()) for w, x in pairs])
 
-    def _refined(
-        self, links: Sequence[str], touch: Array, spread: Array, evidence: BodyEvidence
-    ) -> PointFits:
-        """Move the best stored points within the surface to where the likelihood is largest.
+def _spread(tried: _Tried) -> Array:
+    """Log of the number of points of each link that are about as good as its best, (k,)."""
+    pairs = zip(tried.value, tried.best, strict=True)
+    # the exponential of what is hopeless is slow
+    behind = [np.maximum(part - part[i], -HOPELESS) for part, i in pairs]
+    return np.log([np.exp(part).sum() for part in behind])
 
-        Stored points are 10 mm apart; an exact sensor tells more than that. ``touch`` holds
-        [point, force] of each link, (k, 6).
-        """
-        information, score = evidence
-        point, force = touch[:, :3], touch[:, 3:]
-        for _ in range(3):
-            anchor, normal = self._nearest(links, point)
-            point -= normal * np.vecdot(normal, point - anchor)[:, None]  # onto the tangent plane
-            prior, slope = _shift_information(normal), _wrench_slope(touch)
-            curvature = slope.transpose(0, 2, 1) @ information @ slope
-            curvature[:, :3, :3] += prior
-            missing = score - np.matvec(information, np.matvec(slope[:, :, 3:], force))
-            descent = np.vecmat(missing, slope)
-            descent[:, :3] -= np.matvec(prior, point - anchor)
-            touch += np.linalg.solve(curvature, descent[:, :, None])[:, :, 0]
-        wrench, shift = np.matvec(_wrench_slope(touch)[:, :, 3:], force), point - anchor
-        value = np.vecdot(wrench, score - 0.5 * np.matvec(information, wrench))
-        value -= 0.5 * np.vecdot(shift, np.matvec(prior, shift)) + entry_cost(force.T, normal.T)
-        return PointFits(value, spread, point, force, np.linalg.inv(curvature))
+
+def refine(
+    surface: SurfacePoints, links: list[str], touch: Array, evidence: BodyEvidence
+) -> Refined:
+    """Move touches within the surface to where the likelihood is largest.
+
+    Stored points are 10 mm apart; an exact sensor tells more than that.
+
+    Args:
+        surface: The stored points.
+        links: k links, a name may come more than once.
+        touch: [point, force] on each link, (k, 6), changed in place.
+        evidence: For a wrench on each link, in its frame.
+    """
+    information, score = evidence
+    point, force = touch[:, :3], touch[:, 3:]
+    for _ in range(3):
+        anchor, normal = surface.nearest(links, point)
+        point -= normal * np.vecdot(normal, point - anchor)[:, None]  # onto the tangent plane
+        prior, slope = _shift_information(normal), _wrench_slope(touch)
+        curvature = slope.transpose(0, 2, 1) @ information @ slope
+        curvature[:, :3, :3] += prior
+        missing = score - np.matvec(information, np.matvec(slope[:, :, 3:], force))
+        descent = np.vecmat(missing, slope)
+        descent[:, :3] -= np.matvec(prior, point - anchor)
+        touch += np.linalg.solve(curvature, descent[:, :, None])[:, :, 0]
+    wrench, shift = np.matvec(_wrench_slope(touch)[:, :, 3:], force), point - anchor
+    value = np.vecdot(wrench, score - 0.5 * np.matvec(information, wrench))
+    value -= 0.5 * np.vecdot(shift, np.matvec(prior, shift)) + entry_cost(force.T, normal.T)
+    return Refined(value, touch, np.linalg.inv(curvature))
 
 
 def _wrench_slope(touch: Array) -> Array:

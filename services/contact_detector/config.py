@@ -1,5 +1,7 @@
 """Settings of the contact detector."""
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from estimation.contact.contact_detector import DetectorSettings
@@ -62,6 +64,7 @@ class ContactDetectorConfig(RobotServiceConfig):
 
     rate: float = Field(default=250.0, gt=0.0, le=1000.0)  # Hz
     locate_rate: float = Field(default=20.0, gt=0.0, le=250.0)  # Hz
+    method: Literal["surface", "line", "particle"] = "surface"
     model_error: float = Field(default=0.02, ge=0.0)
     smoothing: float = Field(default=0.06, ge=0.001)  # s
     drift_time: float = Field(default=20.0, gt=0.0)  # s
@@ -79,6 +82,7 @@ class ContactDetectorConfig(RobotServiceConfig):
             model_error=self.model_error,
             smoothing=self.smoothing,
             drift_time=self.drift_time,
+            method=self.method,
         )
 
     def residual_settings(self) -> ResidualSettings:

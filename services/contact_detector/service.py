@@ -16,6 +16,7 @@ from estimation.residual.residual_bank import ResidualBank
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import BaseState, Contacts, Residuals, SensorFrame
 from services.contact_detector.config import ContactDetectorConfig
+from services.contact_detector.map_output import MapOutput
 from services.contact_detector.messages import contacts_message
 from services.contact_detector.taring import Taring
 
@@ -79,6 +80,7 @@ class ContactService:
         self._contacts = node.output(
             ports.name("contacts", robot), Contacts, rate=rate, model=robot.model_hash
         )
+        self._map = MapOutput(node, robot, self._config.locate_rate)
 
     def _source(self, key: str) -> str:
         return self._config.inputs.get(key, ports.name(key, self._robot))
@@ -147,6 +149,7 @@ class ContactService:
         self.detector.reset()
         self._bank.reset()
         self._next = self._next_location = 0
+        self._map.restart()
         self._located = NOWHERE
 
     def _look_up(self) -> np.ndarray | None:
@@ -172,6 +175,7 @@ class ContactService:
         if self._residuals.wanted(like.stamp, bank.valid):
             self._residuals.write(bank.message(), like=like, valid=bank.valid, reason=bank.reason)
         reason = self._doubt()
+        self._map.publish(self.detector.locator, like, reason)
         if not self._contacts.wanted(like.stamp, not reason):
             return
         if reason:
@@ -197,6 +201,7 @@ class ContactService:
         silent = self._bank.silent_message()
         self._residuals.write(silent, like=like, valid=False, reason=reason)
         self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
+        self._map.complain(like, reason)
 
     def _nothing(self, reason: str) -> Contacts:
         limbs = self.detector.monitor.limbs

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from estimation.contact.contact_rows import ContactRows
-from estimation.contact.localisation import Localiser
+from estimation.contact.localiser import Localiser
 from estimation.contact.row_covariance import RowCovariance
 from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot, load_robot

@@ -1,0 +1,38 @@
+"""The port on which the map of the touches goes out while somebody reads it."""
+
+from bus import Node
+from bus.envelope import Envelope
+from estimation.contact.touch_locator import TouchLocator
+from estimation.contact.touch_map import NO_MAP, TouchMap
+from robot_model import Robot, ports
+from robot_model.messages import ContactMap
+
+
+class MapOutput:
+    """Writes a map at the rate at which places are looked for, empty while nothing touches."""
+
+    def __init__(self, node: Node, robot: Robot, rate: float):
+        self._port = node.output(ports.name("contact_map", robot), ContactMap, rate=rate)
+        self._period = round(1e9 / rate)  # ns
+        self._next = 0  # stamp
+
+    def restart(self) -> None:
+        """The stamps jumped back."""
+        self._next = 0
+
+    def publish(self, locator: TouchLocator, like: Envelope, doubt: str) -> None:
+        """Write what the locator found last, or that nothing is known and why."""
+        if like.stamp < self._next or not self._port.wanted(like.stamp, not doubt):
+            return
+        self._next = like.stamp + self._period
+        places = NO_MAP if doubt else locator.map()
+        self._port.write(_message(places), like=like, valid=not doubt, reason=doubt)
+
+    def complain(self, like: Envelope | None, reason: str) -> None:
+        """Say that no frames come."""
+        if self._port.heard:
+            self._port.write(_message(NO_MAP), like=like, valid=False, reason=reason)
+
+
+def _message(places: TouchMap) -> ContactMap:
+    return ContactMap(**vars(places))
