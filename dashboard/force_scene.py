@@ -56,11 +56,11 @@ class ForceScene:
         if len(needles):
             self._balls.colors = np.array(TRUTH, dtype=np.uint8)
 
-    def show_hypotheses(self, touches: list[Touch], scale: float) -> None:
-        """Draw hypotheses coloured by probability, the best with its force and its name."""
+    def show_hypotheses(self, touches: list[Touch], scale: float, dots: bool) -> None:
+        """Draw the best hypothesis with its force and its name, and all as ``dots``."""
         shown = touches[:HYPOTHESES]
-        points = np.array([touch.point for touch in shown], dtype=np.float32).reshape(-1, 3)
-        _set_points(self._hypotheses, points)
+        places = [touch.point for touch in shown if dots]
+        _set_points(self._hypotheses, np.array(places, dtype=np.float32).reshape(-1, 3))
         self._label.visible = bool(shown)
         if not shown:
             _set_points(self._best, _NOWHERE[:0])

@@ -53,7 +53,7 @@ class OnsetStrip:
 
     def _levels(self, contacts: Contacts | None) -> Array:
         flags = _flags(contacts)
-        return np.array([LEVELS[flags[r]["state"]] if r in flags else np.nan for r in self._rows])
+        return np.array([_level(flags.get(row)) for row in self._rows])
 
     def _bars(self, index: int) -> list[tuple[float, float, int]]:
         ages, levels = self._history.column(index)
@@ -72,8 +72,12 @@ class OnsetStrip:
 def _flags(contacts: Contacts | None) -> dict[str, dict[str, Any]]:
     if contacts is None:
         return {}
-    flags = {flag["limb"]: flag for flag in contacts.flags if flag.get("valid", True)}
+    flags = {flag["limb"]: flag for flag in contacts.flags}
     return flags | ({BODY: contacts.body} if contacts.body else {})
+
+
+def _level(flag: dict[str, Any] | None) -> float:
+    return np.nan if flag is None or not flag.get("valid", True) else LEVELS[flag["state"]]
 
 
 def _row(name: str, bars: list[tuple[float, float, int]], flag: dict[str, Any] | None) -> str:
@@ -98,6 +102,9 @@ def _bar(begin: float, end: float, level: int) -> str:
 def _words(flag: dict[str, Any] | None) -> str:
     if flag is None:
         return f'<span style="color:{GREY}">unknown</span>'
+    if not flag.get("valid", True):
+        why = escape(flag.get("reason", ""))
+        return f'<span style="color:{GREY}" title="{why}">not judged</span>'
     state = f'<b style="color:{COLOURS[flag["state"]]}">{escape(flag["state"])}</b>'
     if "statistic" not in flag:
         return f"{state} p={flag['probability']:.2f}"

@@ -8,7 +8,8 @@ from robot_model.messages import Contacts
 
 from .table import Cell, table
 
-SHOWN = 5  # hypotheses
+SHOWN = 5  # hypotheses at most
+FAINT = 0.005  # probability that would read 0.00
 TITLES = ("touch", "p", "N", "± N", "point [mm]", "± mm")
 NOTE = (
     "Point in the axes of the first link; ±: one standard deviation along the direction in"
@@ -21,7 +22,8 @@ def touch_table(contacts: Contacts | None) -> str:
     hypotheses = [] if contacts is None else contacts.hypotheses
     if contacts is None or not hypotheses:
         return ""
-    rows = [_row(one) for one in hypotheses[:SHOWN]]
+    likely = [one for one in hypotheses[1:SHOWN] if one["probability"] >= FAINT]
+    rows = [_row(one) for one in (hypotheses[0], *likely)]
     none = [Cell("none of these"), Cell(f"{contacts.none_probability:.2f}")]
     return table("touches", TITLES, [*rows, none], NOTE)
 

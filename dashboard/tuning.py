@@ -18,6 +18,9 @@ TITLE = "Contact detector. Changes are in force at once, and until it ends, unle
 ANSWER = 2.0  # [s]
 
 
+Widget = viser.GuiSliderHandle[float] | viser.GuiDropdownHandle[str]
+
+
 class Setting(NamedTuple):
     """A setting of the detector, and the range of its slider."""
 
@@ -35,22 +38,24 @@ SETTINGS = (
     Setting("residuals.internal_gain", "Gain joints [1/s]", 1.0, 200.0, 1.0),
     Setting("residuals.external_gain", "Gain base [1/s]", 1.0, 200.0, 1.0),
     Setting("residuals.sigmas", "Residuals [std]", 1.0, 20.0, 0.5),
-    Setting("residuals.internal_floor", "Least joint [N m]", 0.05, 10.0, 0.05),
-    Setting("residuals.force_floor", "Least base [N]", 0.1, 30.0, 0.1),
-    Setting("residuals.moment_floor", "Least base [N m]", 0.05, 10.0, 0.05),
+    Setting("residuals.internal_floor", "Joint min [N m]", 0.05, 10.0, 0.05),
+    Setting("residuals.force_floor", "Base min [N]", 0.1, 30.0, 0.1),
+    Setting("residuals.moment_floor", "Base min [N m]", 0.05, 10.0, 0.05),
     Setting("model_error", "Model error", 0.0, 0.2, 0.005),
     Setting("drift_time", "Slow tare [s]", 1.0, 300.0, 1.0),
 )
+METHOD, METHODS = "method", ("surface", "line", "particle")  # of finding the place of a touch
 
 
 class Tuning:
-    """A slider per setting; callbacks only take note, the page's loop does the rest."""
+    """A widget per setting; callbacks only take note, the page's loop does the rest."""
 
     def __init__(self, gui: viser.GuiApi):
         gui.add_html(note("tuning-title", TITLE))
-        self._sliders = {setting.name: _add_slider(gui, setting) for setting in SETTINGS}
-        for name, slider in self._sliders.items():
-            slider.on_update(partial(self._moved, name))
+        self._widgets: dict[str, Widget] = {s.name: _add_slider(gui, s) for s in SETTINGS}
+        self._widgets[METHOD] = gui.add_dropdown("Locate by", METHODS, visible=False, hint=METHOD)
+        for name, widget in self._widgets.items():
+            widget.on_update(partial(self._moved, name))
         reset = gui.add_button(
             "Reset settings", hint="To the detector's configuration", color="gray"
         )
@@ -58,7 +63,7 @@ class Tuning:
         save = gui.add_button("Save settings", hint="Into a file on its machine", color="gray")
         save.on_click(lambda _: self._requests.append({"action": "save"}))
         self._said = gui.add_html(note("tuning", ""))
-        self._wanted: dict[str, float] = {}
+        self._wanted: dict[str, float | str] = {}
         self._requests: list[dict[str, Any]] = []
         self._asked = 0  # requests that are under way
         self._rhythm = Rhythm(RATE)
@@ -85,7 +90,7 @@ class Tuning:
             self._wanted[name] = event.target.value
 
     def _reset(self) -> None:
-        shown = (name for name, slider in self._sliders.items() if slider.visible)
+        shown = (name for name, widget in self._widgets.items() if widget.visible)
         self._requests += [{"action": "reset", "name": name} for name in shown]
 
     def _ask(self, errands: Errands, request: dict[str, Any]) -> None:
@@ -105,21 +110,27 @@ class Tuning:
         elif action == "save":
             self._say(outcome.value["message"], GREEN)
         else:
-            self._say(f"{name} = {outcome.value:g}", GREEN)
+            self._say(f"{name} = {outcome.value}", GREEN)
 
     def _show(self, values: dict[str, Any]) -> None:
         """Show what is in force, unless something newer is on its way."""
         if self._wanted or self._requests or self._asked:
             return
-        for name, slider in self._sliders.items():
-            slider.visible = name in values
-            if name in values and slider.value != values[name]:
-                slider.min = min(slider.min, values[name])
-                slider.max = max(slider.max, values[name])
-                slider.value = values[name]
+        for name, widget in self._widgets.items():
+            widget.visible = name in values
+            if name in values and widget.value != values[name]:
+                _set(widget, values[name])
 
     def _say(self, text: str, colour: str) -> None:
         self._said.content = note("tuning", text, colour)
+
+
+def _set(widget: Widget, value: Any) -> None:
+    if isinstance(widget, viser.GuiSliderHandle):
+        widget.min, widget.max = min(widget.min, value), max(widget.max, value)
+    elif value not in widget.options:
+        widget.options = (*widget.options, value)
+    widget.value = value
 
 
 def _add_slider(gui: viser.GuiApi, setting: Setting) -> viser.GuiSliderHandle[float]:

@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from robot_model import Robot
-from robot_model.messages import Contacts, ExternalWrenches, GroundTruth
+from robot_model.messages import ContactMap, Contacts, ExternalWrenches, GroundTruth
 from robot_model.surface import Surface
 
 from .config import DashboardConfig
@@ -45,8 +45,9 @@ class View:
             self.estimate.update(now.sensors.q, now.base.position, now.base.quat_wxyz)
             self._robot.place(self.estimate.poses(self._robot.links, self._robot.parents))
             self._seen = True
-        self._draw_contacts(now.contacts, stale=now.sensors is None)
-        self._draw_places(now)
+        places = now.contact_map if now.contacts is not None and raised(now.contacts) else None
+        self._draw_contacts(now.contacts, stale=now.sensors is None, dots=places is None)
+        self._draw_places(places)
         self._draw_estimate(now.wrenches, hide_below)
         self._draw_truth(now.truth if show_truth else None, hide_below)
 
@@ -58,17 +59,17 @@ class View:
         position, look_at = (self.estimate.point(self._base, np.array(o)) for o in offsets)
         return position, look_at
 
-    def _draw_contacts(self, contacts: Contacts | None, stale: bool) -> None:
+    def _draw_contacts(self, contacts: Contacts | None, stale: bool, dots: bool) -> None:
+        """Dots stand for a map of the surface where there is none."""
         found = [] if contacts is None else touches(contacts, self.estimate)
-        self._forces.show_hypotheses(found, self._config.touch_scale)
+        self._forces.show_hypotheses(found, self._config.touch_scale, dots)
         touched = np.array(
             [sum(t.probability for t in found if t.link == link) for link in self._robot.links]
         )
         self._robot.shade(touched, stale)
 
-    def _draw_places(self, now: Snapshot) -> None:
-        """Draw the map of a touch and its line of action while a limb is touched."""
-        found = now.contact_map if now.contacts is not None and raised(now.contacts) else None
+    def _draw_places(self, found: ContactMap | None) -> None:
+        """Draw the map of a touch, and its line of action."""
         self._likelihood.show(found)
         lines = [] if found is None else action_lines(found, self._base, self.estimate)
         self._forces.show_lines(np.array(lines, dtype=np.float32).reshape(-1, 2, 3))

@@ -75,3 +75,10 @@ def test_flags_of_now_stand_at_the_right_with_their_thresholds(strip):
     html = strip.html(Contacts(flags=said.flags, hypotheses=[], body=whole))
     assert "contact</b> 7.2 / 6.5" in html and "contact</b> 9.0 / 4.0" in html
     assert "unknown" in strip.html(None)
+
+
+def test_limb_that_is_not_judged_has_no_bar_and_says_why(strip):
+    said = contacts(valid=False, reason="the foot stands")
+    feed(strip, 0.0, 5.0, said)
+    assert strip.bars()["l_arm"] == []
+    assert 'title="the foot stands">not judged<' in strip.html(said)

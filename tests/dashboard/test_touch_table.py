@@ -32,6 +32,12 @@ def test_list_has_only_the_best():
     assert f"link_{SHOWN - 1} " in said and f"link_{SHOWN} " not in said
 
 
+def test_list_leaves_out_what_is_out_of_the_question():
+    faint = BEST | {"links": ["l_hand"], "probability": 0.001}
+    said = text(Contacts(flags=[], hypotheses=[BEST, faint]))
+    assert "l_forearm" in said and "l_hand" not in said
+
+
 def test_without_a_hypothesis_there_is_no_list():
     assert text(None) == text(Contacts(flags=[], hypotheses=[])) == ""
 

@@ -37,12 +37,12 @@ class Detector:
             then(Outcome("", None if failed else outcome, outcome if failed else None))
         self._open = []
 
-    def _outcome(self, action: str, name: str = "", value: float = 0.0) -> Any:
+    def _outcome(self, action: str, name: str = "", value: Any = 0.0) -> Any:
         if action == "list":
             return dict(self.values)
         if action == "save":
             return {"file": "/state/x.yaml", "message": "saved in /state/x.yaml"}
-        if value < 0.0:
+        if isinstance(value, float) and value < 0.0:
             return RpcError("levels.contact: must be positive")
         self.values[name] = 6.5 if action == "reset" else value
         return self.values[name]
@@ -70,14 +70,14 @@ def step(tuning, detector):
     return look
 
 
-def move(tuning: Tuning, name: str, value: float, client: Any = "browser") -> None:
+def move(tuning: Tuning, name: str, value: float | str, client: Any = "browser") -> None:
     target = SimpleNamespace(value=value)
     tuning._moved(name, SimpleNamespace(client=client, target=target))
 
 
 def test_sliders_show_what_is_in_force_and_only_what_there_is(tuning, step):
     step()
-    shown = {name: slider.value for name, slider in tuning._sliders.items() if slider.visible}
+    shown = {name: widget.value for name, widget in tuning._widgets.items() if widget.visible}
     assert shown == {"levels.contact": 6.5, "model_error": 0.02}
 
 
@@ -87,7 +87,7 @@ def test_moving_a_slider_sets_the_newest_value_once(tuning, detector, step):
     move(tuning, "levels.contact", 8.0)
     step()
     assert detector.asked[1:] == [{"action": "set", "name": "levels.contact", "value": 8.0}]
-    assert "levels.contact = 8" in tuning._said.content
+    assert "levels.contact = 8.0" in tuning._said.content
 
 
 def test_what_the_page_itself_shows_is_not_sent_back(tuning, detector, step):
@@ -98,19 +98,28 @@ def test_what_the_page_itself_shows_is_not_sent_back(tuning, detector, step):
 
 def test_refused_value_is_told_and_the_slider_returns(tuning, detector, step):
     step()
-    tuning._sliders["levels.contact"].value = 3.0
+    tuning._widgets["levels.contact"].value = 3.0
     move(tuning, "levels.contact", -1.0)
     step()
     assert "must be positive" in tuning._said.content and RED in tuning._said.content
     step()
-    assert tuning._sliders["levels.contact"].value == 6.5
+    assert tuning._widgets["levels.contact"].value == 6.5
 
 
 def test_value_set_elsewhere_is_followed_beyond_the_sliders_range(tuning, detector, step):
     detector.values["levels.contact"] = 99.0
     step()
-    slider = tuning._sliders["levels.contact"]
+    slider = tuning._widgets["levels.contact"]
     assert (slider.value, slider.max) == (99.0, 99.0)
+
+
+def test_method_of_locating_is_a_choice(tuning, detector, step):
+    detector.values["method"] = "line"
+    step()
+    assert tuning._widgets["method"].visible and tuning._widgets["method"].value == "line"
+    move(tuning, "method", "particle")
+    step()
+    assert detector.values["method"] == "particle"
 
 
 def test_reset_and_save_are_the_detectors_own(tuning, detector, step):

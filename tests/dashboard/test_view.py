@@ -70,7 +70,8 @@ def test_touched_link_is_tinted_and_the_best_hypothesis_named(view, known):
 
 
 def test_hypotheses_go_when_the_contact_goes(view, known):
-    update(view, known)
+    update(view, replace(known, contact_map=None))
+    assert view._forces._hypotheses.visible and view._forces._label.visible
     update(view, replace(known, contacts=Contacts(flags=[], hypotheses=[])))
     assert not view._forces._hypotheses.visible
     assert not view._forces._label.visible
@@ -85,6 +86,7 @@ def test_map_of_a_touch_is_coloured_dots_on_the_body_and_a_line(view, known):
     brightest = cloud.points[np.argmax(cloud.colors.sum(axis=1))]
     assert brightest == pytest.approx(known.contacts.hypotheses[0]["point"], abs=0.06)
     assert view._forces._lines.visible and view._forces._lines.points.shape == (1, 2, 3)
+    assert not view._forces._hypotheses.visible  # the map says more
 
 
 @pytest.mark.parametrize("what", ["contact_map", "contacts", "sensors"])
