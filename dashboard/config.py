@@ -21,6 +21,7 @@ class DashboardConfig(RobotServiceConfig):
     scene_rate: float = Field(default=25.0, gt=0.0, le=60.0)  # [Hz]
     idle_rate: float = Field(default=1.0, gt=0.0)  # [Hz] while nobody looks
     chart_rate: float = Field(default=10.0, gt=0.0)  # [Hz]
+    map_rate: float = Field(default=5.0, gt=0.0)  # [Hz]
     alarm_rate: float = Field(default=5.0, gt=0.0)  # [Hz]
     text_rate: float = Field(default=2.0, gt=0.0)  # [Hz]
     watch_period: float = Field(default=1.0, gt=0.0)  # [s] between looks at the ports

@@ -1,70 +1,79 @@
 """The surface, coloured by how probable a touch is there."""
 
+import time
+
 import numpy as np
 import viser
 
 from robot_model.messages import ContactMap
+from robot_model.surface import Surface
 
 from .probability_colours import probability_colours
+from .rhythm import Rhythm
 
 Array = np.ndarray
 
-MOST = 3000  # points drawn; links where a touch is improbable are left out first
-SIZE = 0.011  # [m]; the points are 10 mm apart
+SIZE = 0.012  # [m]; the points are 10 mm apart
+LIFT = 0.006  # [m] outwards, so that the lighter mesh that is drawn hides no dot
+FAINT = 1e-3  # of the most probable place; less is not drawn
 
 
 class Likelihood:
-    """A cloud of dots on each body that may be touched.
+    """A cloud of dots on each body that may be touched; it hangs on the body and moves with it."""
 
-    The clouds hang on the bodies and move with them; of a new map only the colours
-    are sent again.
-    """
-
-    def __init__(self, scene: viser.SceneApi, paths: dict[str, str]):
-        self._scene, self._paths = scene, paths
+    def __init__(self, scene: viser.SceneApi, paths: dict[str, str], surface: Surface, rate: float):
+        self._scene, self._paths, self._surface = scene, paths, surface
+        self._rhythm = Rhythm(rate)
         self._clouds: dict[str, viser.PointCloudHandle] = {}
         self._shown: ContactMap | None = None
 
     def show(self, found: ContactMap | None) -> None:
         """Draw a map, or nothing."""
-        if found is self._shown:
+        if found is self._shown or (found is not None and not self._rhythm.due(time.monotonic())):
             return
         self._shown = found
         parts = {} if found is None else drawn_parts(found)
         for link, cloud in self._clouds.items():
             cloud.visible = link in parts
-        most = max((probability.max() for _, probability in parts.values()), default=0.0) or 1.0
-        for link, (points, probability) in parts.items():
+        for link, (points, brightness) in parts.items():
             if link in self._paths:
-                self._draw(link, points.astype(np.float32), probability_colours(probability / most))
+                self._draw(link, self._lifted(link, points), probability_colours(brightness))
 
     def _draw(self, link: str, points: Array, colours: Array) -> None:
-        cloud = self._clouds.get(link)
-        if cloud is None:
-            self._clouds[link] = self._scene.add_point_cloud(
-                f"{self._paths[link]}/likelihood",
-                points,
-                colours,
-                point_size=SIZE,
-                point_shape="circle",
-                precision="float32",
-            )
+        if (cloud := self._clouds.get(link)) is not None:
+            cloud.points, cloud.colors = points, colours
             return
-        if not np.array_equal(cloud.points, points):
-            cloud.points = points
-        if not np.array_equal(cloud.colors, colours):
-            cloud.colors = colours
+        self._clouds[link] = self._scene.add_point_cloud(
+            f"{self._paths[link]}/likelihood",
+            points,
+            colours,
+            point_size=SIZE,
+            point_shape="circle",
+            precision="float32",
+        )
+
+    def _lifted(self, link: str, points: Array) -> Array:
+        body = [body.name for body in self._surface.bodies].index(link)
+        own = self._surface.body == body
+        nearest = _nearest(points, self._surface.points[own])
+        return (points + LIFT * self._surface.normals[own][nearest]).astype(np.float32)
+
+
+def _nearest(points: Array, among: Array) -> Array:
+    """Return the index of the nearest of ``among``, (k, 3), to each point, (m, 3)."""
+    return np.argmin((among**2).sum(axis=1) - 2.0 * points @ among.T, axis=1)
 
 
 def drawn_parts(found: ContactMap) -> dict[str, tuple[Array, Array]]:
-    """Return points (m, 3) [m] in the link's frame and probabilities (m,) of the likeliest links.
+    """Return by link the points (m, 3) [m] that are drawn, in its frame, and brightness (m,).
 
-    As many links as together have no more than ``MOST`` points.
+    The brightness is 1 at the most probable place and falls with the logarithm of the
+    probability, to 0 where that is ``FAINT`` of the highest.
     """
+    if not len(found.probability):
+        return {}
+    with np.errstate(divide="ignore"):
+        brightness = 1.0 - np.log(found.probability / found.probability.max()) / np.log(FAINT)
     ends = np.cumsum(found.count)[:-1]
-    points = np.split(found.point, ends)
-    probabilities = np.split(found.probability, ends)
-    sums = np.array([part.sum() for part in probabilities])
-    order = np.argsort(-sums)[: len(found.link)]
-    fitting = np.cumsum(np.array(found.count, dtype=int)[order]) <= MOST
-    return {found.link[i]: (points[i], probabilities[i]) for i in order[fitting]}
+    parts = zip(found.link, np.split(found.point, ends), np.split(brightness, ends), strict=True)
+    return {link: (p[b >= 0.0], b[b >= 0.0]) for link, p, b in parts if (b >= 0.0).any()}

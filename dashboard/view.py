@@ -31,7 +31,7 @@ class View:
         self._truth = Placement(robot)
         links = tuple(body.name for body in surface.bodies)
         self._robot = RobotScene(scene, surface, self.estimate.parents(links))
-        self._likelihood = Likelihood(scene, self._robot.paths)
+        self._likelihood = Likelihood(scene, self._robot.paths, surface, config.map_rate)
         self._forces = ForceScene(scene)
         self._config = config
         self._base = robot.base_link
