@@ -30,7 +30,7 @@ def touch_table(contacts: Contacts | None) -> str:
 
 def _row(hypothesis: dict[str, Any]) -> list[Cell]:
     covariance = np.array(hypothesis["covariance"], dtype=float)
-    point = " ".join(f"{1e3 * value:.0f}" for value in hypothesis["point"])
+    point = " ".join(str(round(1e3 * value)) for value in hypothesis["point"])
     return [
         Cell(" or ".join(hypothesis["links"])),
         Cell(f"{hypothesis['probability']:.2f}"),

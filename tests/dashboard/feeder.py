@@ -73,6 +73,7 @@ class Feeder:
         self.until = 0.0
         self.time, self.paused, self.holding = 0.0, False, False
         self.recording = False
+        self.settings: dict[str, float] = {"levels.contact": 6.5}
         self._serve()
 
     def _serve(self) -> None:
@@ -80,7 +81,8 @@ class Feeder:
         self.node.rpc(ports.sim_rpc(self.robot), sim)
         observer = {"tare": self._tare, "status": self._offsets}
         self.node.rpc(ports.rpc("torque_observer"), observer)
-        self.node.rpc(ports.rpc("contact_detector"), {"tare": self._refuse})
+        detector = {"tare": self._refuse, "param": self._param}
+        self.node.rpc(ports.rpc("contact_detector"), detector)
         stops = {"stop": self._stop, "release": self._release, "status": self._status}
         self.node.rpc(ports.rpc("sensor_server"), stops)
         record = {"start": self._record, "stop": self._finish, "status": self._recorded}
@@ -120,6 +122,14 @@ class Feeder:
 
     def _refuse(self, seconds: float = 1.0) -> dict[str, Any]:
         raise RuntimeError("tare refused: the robot moves, l_elbow at 0.30 rad/s")
+
+    def _param(self, action: str, name: str = "", value: float = 0.0) -> Any:
+        if action == "list":
+            return dict(self.settings)
+        if action == "save":
+            return {"file": "/state/x.yaml", "message": "saved in /state/x.yaml"}
+        self.settings[name] = value if action == "set" else 6.5
+        return self.settings[name]
 
     def _stop(self) -> str:
         self.holding = True
