@@ -51,7 +51,7 @@ class Tuning:
     """A widget per setting; callbacks only take note, the page's loop does the rest."""
 
     def __init__(self, gui: viser.GuiApi):
-        gui.add_html(note("tuning-title", TITLE))
+        self._state = gui.add_html(note("tuning-state", TITLE))
         self._widgets: dict[str, Widget] = {s.name: _add_slider(gui, s) for s in SETTINGS}
         self._widgets[METHOD] = gui.add_dropdown("Locate by", METHODS, visible=False, hint=METHOD)
         for name, widget in self._widgets.items():
@@ -73,7 +73,7 @@ class Tuning:
         if node.directory.leader(DETECTOR) is None:
             self._wanted.clear()
             self._requests.clear()
-            self._say("no contact detector on this bus", GREY)
+            self._state.content = note("tuning-state", "no contact detector on this bus")
             return
         requests = [self._requests.pop(0) for _ in range(len(self._requests))]
         while self._wanted:
@@ -101,10 +101,13 @@ class Tuning:
     def _answered(self, request: dict[str, Any], outcome: Outcome) -> None:
         self._asked -= 1
         action, name = request["action"], request.get("name", "")
-        if outcome.error is not None:
+        if action == "list":
+            said = (TITLE, GREY) if outcome.error is None else (str(outcome.error), RED)
+            self._state.content = note("tuning-state", *said)
+            if outcome.error is None:
+                self._show(outcome.value)
+        elif outcome.error is not None:
             self._say(f"{action} {name}: {outcome.error}", RED)
-        elif action == "list":
-            self._show(outcome.value)
         elif action == "reset":
             self._say("reset to the detector's configuration", GREEN)
         elif action == "save":

@@ -15,7 +15,7 @@ class Detector:
     """Errands to a detector that has two of the settings; answers wait until ``answer``."""
 
     def __init__(self) -> None:
-        self.there = True
+        self.there, self.silent = True, False
         self.values: dict[str, Any] = {
             "levels.contact": 6.5,
             "model_error": 0.02,
@@ -38,6 +38,8 @@ class Detector:
         self._open = []
 
     def _outcome(self, action: str, name: str = "", value: Any = 0.0) -> Any:
+        if self.silent:
+            return RpcError("no answer within 2 s")
         if action == "list":
             return dict(self.values)
         if action == "save":
@@ -133,8 +135,21 @@ def test_reset_and_save_are_the_detectors_own(tuning, detector, step):
     assert "saved in /state/x.yaml" in tuning._said.content
 
 
+def test_detector_that_does_not_answer_is_told_until_it_does(tuning, detector, step):
+    step()
+    move(tuning, "levels.contact", 8.0)
+    step()
+    detector.silent = True
+    step()
+    assert "no answer" in tuning._state.content and "levels.contact = 8.0" in tuning._said.content
+    assert tuning._widgets["levels.contact"].visible
+    detector.silent = False
+    step()
+    assert "no answer" not in tuning._state.content
+
+
 def test_without_a_detector_nothing_is_asked(tuning, detector, step):
     detector.there = False
     move(tuning, "levels.contact", 7.0)
     step()
-    assert not detector.asked and "no contact detector" in tuning._said.content
+    assert not detector.asked and "no contact detector" in tuning._state.content
