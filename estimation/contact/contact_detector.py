@@ -82,17 +82,22 @@ class ContactDetector:
         raw = self.rows.update(frame)
         touch = np.subtract(raw, self._offset, out=self._touch)
         period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
-        self.locator.add(touch, period)
         self._stamp = stamp
         self.wrenches = wrenches = self.rows.wrenches(touch)
         self._refresh(frame, stamp)
-        statistic = np.sqrt(np.vecdot(wrenches, np.matvec(self._information, wrenches)))
+        self.locator.add(touch, period, self._statistic)
+        statistic = self._statistic(touch)
         force = np.sqrt(np.vecdot(wrenches[:, :3], wrenches[:, :3]))
         flags = self.monitor.update(statistic, force, stamp, self._reasons)
         self.locator.keep(self.touched)
         if self.tared and not self.touched:
             self._follow_drift(statistic, period)
         return flags
+
+    def _statistic(self, touch: Array) -> Array:
+        """Norm of each sub-tree's wrench in standard deviations, (s,)."""
+        wrenches = self.rows.wrenches(touch)
+        return np.sqrt(np.vecdot(wrenches, np.matvec(self._information, wrenches)))
 
     def tare(self, quiet: Quiet) -> None:
         """Take the offsets and thresholds that a quiet period showed."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from estimation.contact.limb_touch import LimbTouch
 from estimation.contact.link_fits import LinkFits, Places
@@ -40,7 +40,7 @@ class _LimbSurface:
         self.point, self.normal = surface.all_of(names)
         placed = np.concatenate(_at_home(surface, touch, names))
         number = min(NEIGHBOURS, len(placed))
-        self.neighbours = cKDTree(placed).query(placed, k=number)[1].reshape(len(placed), number)
+        self.neighbours = KDTree(placed).query(placed, k=number)[1].reshape(len(placed), number)
 
 
 def _at_home(surface: SurfacePoints, touch: LimbTouch, names: list[str]) -> list[Array]:

@@ -7,8 +7,11 @@ import numpy as np
 from estimation.contact.link_fits import LinkFits
 
 Array = np.ndarray
-ALIKE = 1.5  # difference of log-probability that the data do not decide
-NOWHERE_COST = 14.0  # log-probability of a wrench that no point explains
+ALIKE = 3.0  # difference of log-probability (odds of 20) that the data do not decide
+# log-odds of one push against a wrench that no point explains (two pushes, a twist, a wrong
+# model): one touch in twenty, times the chance of 1/50 that such a wrench comes as near to
+# the surface as a push does by its noise
+NOWHERE_COST = 7.0
 
 
 @dataclass(frozen=True, eq=False)

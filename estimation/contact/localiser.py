@@ -43,6 +43,10 @@ class Localiser:
         self.name = method
         self.method: PlaceMethod = METHODS[method](self.surface)
 
+    def links_of(self, subtree: int) -> list[str]:
+        """Names of the links of a sub-tree that have a surface."""
+        return [self._rows.robot.links[i] for i in self._bodies[subtree]]
+
     def fit(self, touch: Array, covariance: RowCovariance, subtree: int) -> LinkFits | None:
         """Return how well each link explains a touch, None where no link has a surface.
 

@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 Array = np.ndarray
-ENTRY = 0.5  # least cosine between a force and the inward normal that costs nothing
-ENTRY_COST = 30.0  # log-likelihood per unit of missing cosine
+ENTRY = 0.7  # least cosine between force and inward normal that costs nothing: friction of 1
+ENTRY_COST = 10.0  # log-likelihood per unit of missing cosine; stored normals are uncertain
 SKEW = np.array([pin.skew(axis) for axis in np.eye(3)])  # [x] = sum of x_k SKEW[k]
 _FIRST, _SECOND = np.triu_indices(4)  # pairs in [1 x y z]; the first four are these themselves
 

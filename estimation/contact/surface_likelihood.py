@@ -1,6 +1,6 @@
 """Where on the robot's surface a pure force explains the rows of a touch best."""
 
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,9 @@ from estimation.contact.surface_points import SurfacePoints
 Array = np.ndarray
 SHIFT = 0.006  # m, how far a touch may lie from the nearest stored point, one sigma
 DEPTH = 0.002  # m, how well the surface's depth is known, one sigma
-_ALONG = np.eye(3) / SHIFT**2
+EXTENT = 0.1  # m, how far a touch may lie from where it is found at all, one sigma
+APART = 0.025  # m between two places on a link that are refined each for itself,
+TWICE = 6  # on so many links, the best ones
 _HOLDING = np.eye(6, k=3)  # slope of [f, x cross f] by [x, f], where it is constant, and
 _TURNING = np.zeros((6, 6, 6))  # where it follows x or f, to be flattened behind them
 _TURNING[:3, 3:, 3:], _TURNING[3:, 3:, :3] = SKEW, -SKEW
@@ -25,8 +27,7 @@ class _Tried(NamedTuple):
     """All stored points of some links, one link after the other."""
 
     value: list[Array]  # log-likelihood of the points of each link, (P_i,)
-    best: list[int]  # index of the best point of each link
-    force: Array  # (k, 3) N at the best points
+    force: list[Array]  # (3, P_i) N, the best at each
 
 
 class Refined(NamedTuple):
@@ -59,9 +60,7 @@ class SurfaceLikelihood:
         """Return the best touch on every hopeful link."""
         links = touch.links
         tried = self._tried(links, touch.local)
-        anchor = self._surface.anchors(links, tried.best).point
-        start = np.concatenate((anchor, tried.force), axis=1)
-        value, best, covariance = refine(self._surface, links, start, touch.local)
+        value, best, covariance = self._refined(links, tried, touch.local)
         return LinkFits(
             links=links,
             weight=value + _spread(tried),
@@ -80,11 +79,31 @@ class SurfaceLikelihood:
         force, gain = point_forces(np.concatenate(equations, axis=1))
         normals = np.concatenate([surface.normal_rows[link] for link in links], axis=1)
         value = 0.5 * gain - entry_cost(force, normals)
-        starts = [0, *accumulate(power.shape[1] for power in powers)]
-        parts = [value[i:j] for i, j in pairwise(starts)]
-        best = [int(part.argmax()) for part in parts]
-        chosen = [start + i for start, i in zip(starts, best, strict=False)]
-        return _Tried(parts, best, force[:, chosen].T)
+        ends = list(accumulate(power.shape[1] for power in powers))[:-1]
+        return _Tried(np.split(value, ends), np.split(force, ends, axis=1))
+
+    def _refined(self, links: list[str], tried: _Tried, evidence: BodyEvidence) -> "Refined":
+        """Refine the best place of every link, of the best links the best two.
+
+        A line enters a link more than once, and which stored point lies nearer to it is
+        chance.
+        """
+        k, first = len(links), [int(part.argmax()) for part in tried.value]
+        again = np.argsort([-part.max() for part in tried.value])[:TWICE]
+        second = [self._elsewhere(links[i], tried.value[i], first[i]) for i in again]
+        owner, index = [*range(k), *again.tolist()], [*first, *second]
+        names = [links[i] for i in owner]
+        forces = [tried.force[i][:, point] for i, point in zip(owner, index, strict=True)]
+        start = np.hstack((self._surface.anchors(names, index).point, forces))
+        refined = refine(self._surface, names, start, BodyEvidence(*(x[owner] for x in evidence)))
+        chosen, other = np.arange(k), k + np.arange(len(again))
+        chosen[again] = np.where(refined.value[other] > refined.value[again], other, again)
+        return Refined(*(part[chosen] for part in refined))
+
+    def _elsewhere(self, link: str, value: Array, best: int) -> int:
+        """Index of the best point of a link that is not near the best one."""
+        distance = self._surface.square_distance(link, best)
+        return int(np.where(distance > APART**2, value, -np.inf).argmax())
 
     def _places(self, links: list[str], tried: _Tried) -> Places:
         weight = np.concatenate(tried.value)
@@ -94,9 +113,8 @@ class SurfaceLikelihood:
 
 def _spread(tried: _Tried) -> Array:
     """Log of the number of points of each link that are about as good as its best, (k,)."""
-    pairs = zip(tried.value, tried.best, strict=True)
     # the exponential of what is hopeless is slow
-    behind = [np.maximum(part - part[i], -HOPELESS) for part, i in pairs]
+    behind = [np.maximum(part - part.max(), -HOPELESS) for part in tried.value]
     return np.log([np.exp(part).sum() for part in behind])
 
 
@@ -128,6 +146,8 @@ def refine(
     wrench, shift = np.matvec(_wrench_slope(touch)[:, :, 3:], force), point - anchor
     value = np.vecdot(wrench, score - 0.5 * np.matvec(information, wrench))
     value -= 0.5 * np.vecdot(shift, np.matvec(prior, shift)) + entry_cost(force.T, normal.T)
+    curvature[:, :3, :3] -= prior  # which only held the search near the stored point
+    curvature[:, :3, :3] += _shift_information(normal, EXTENT)
     return Refined(value, touch, np.linalg.inv(curvature))
 
 
@@ -136,8 +156,8 @@ def _wrench_slope(touch: Array) -> Array:
     return (touch @ _TURNING).reshape(-1, 6, 6) + _HOLDING
 
 
-def _shift_information(normal: Array) -> Array:
-    """Return the inverse covariance of touches about a stored point, (k, 3, 3)."""
+def _shift_information(normal: Array, shift: float = SHIFT) -> Array:
+    """Return the inverse covariance of touches about a point of the surface, (k, 3, 3)."""
     across = normal[:, :, None] * normal[:, None]
-    across *= 1.0 / DEPTH**2 - 1.0 / SHIFT**2
-    return across + _ALONG
+    across *= 1.0 / DEPTH**2 - 1.0 / shift**2
+    return across + np.eye(3) / shift**2

@@ -58,10 +58,21 @@ class SurfacePoints:
             np.array([self.normals[link][i] for link, i in pairs]),
         )
 
+    def square_distance(self, link: str, index: int) -> Array:
+        """Return the squared distances [m^2] of a link's points from one of them, (P,)."""
+        return _away_from(self.points[link][index]) @ self.powers[link]
+
     def nearest(self, links: Sequence[str], point: Array) -> Anchors:
         """Return the stored point nearest to one place (k, 3) on each link."""
-        # |x - p|^2 less what all x share is linear in the monomials of x
-        weights = np.tile([0.0, 0, 0, 0, 1, 0, 0, 1, 0, 1], (len(links), 1))
-        weights[:, 1:4] = -2.0 * point
-        pairs = zip(weights, links, strict=True)
+        away = _away_from(point)
+        pairs = zip(away, links, strict=True)
         return self.anchors(links, [int((w @ self.powers[x]).argmin()) for w, x in pairs])
+
+
+def _away_from(point: Array) -> Array:
+    """Return |x - p|^2 as weights of the monomials of x, (..., 10), of places p (..., 3)."""
+    weights = np.zeros((*point.shape[:-1], 10))
+    weights[..., 0] = np.vecdot(point, point)
+    weights[..., 1:4] = -2.0 * point
+    weights[..., [4, 7, 9]] = 1.0
+    return weights

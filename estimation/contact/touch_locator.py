@@ -1,6 +1,6 @@
 """Where each touched limb is touched, as long as it is touched."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import expm1
 
 import numpy as np
@@ -9,18 +9,21 @@ from estimation.contact.contact_rows import ContactRows
 from estimation.contact.link_fits import LinkFits
 from estimation.contact.localisation import NOWHERE, Hypothesis, Localisation, ranked
 from estimation.contact.localiser import Localiser
+from estimation.contact.place_filter import PlaceFilter
 from estimation.contact.row_covariance import RowCovariance, RowNoise
 from estimation.contact.touch_map import TouchMap, touch_map
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
+Statistic = Callable[[Array], Array]
+SUDDEN = 2.0  # standard deviations of a limb's wrench from the smooth one: it changes
 
 
 class TouchLocator:
     """Smooths the rows of the touches, and finds the place of each touch from them.
 
     Each limb is looked at for itself: other touched limbs and those that are not
-    valid are made blind.
+    valid are made blind. What is held is known better with every look.
 
     Attributes:
         fits: How well the links of each limb explain its touch, by sub-tree, of the last
@@ -34,6 +37,8 @@ class TouchLocator:
         self._smooth = np.zeros(rows.layout.model.nv)
         self.smoothing = smoothing  # s, time constant
         self.fits: dict[int, LinkFits] = {}
+        self._filters: dict[int, PlaceFilter] = {}
+        self._stamp = 0  # ns, of the last look
         self.reset()
 
     def configure(self, smoothing: float, method: str) -> None:
@@ -52,13 +57,27 @@ class TouchLocator:
     def keep(self, touched: Sequence[int]) -> None:
         """Forget the touches of the limbs that are touched no longer."""
         for limb in [one for one in self.fits if one not in touched]:
-            del self.fits[limb]
+            del self.fits[limb], self._filters[limb]
             self._localiser.method.forget(limb)
 
-    def add(self, touch: Array, period: float) -> None:
-        """Take tared rows (nv,), ``period`` seconds after the last ones."""
+    def add(self, touch: Array, period: float, statistic: Statistic | None = None) -> None:
+        """Take tared rows, ``period`` seconds after the last ones.
+
+        A wrench that changes suddenly, as in a tap, is smoothed less: the smooth rows stay
+        near it.
+
+        Args:
+            touch: (nv,) rows.
+            period: s.
+            statistic: Tells how many standard deviations the wrench of each sub-tree is
+                away from nothing, (s,) from (nv,); without it all changes are smoothed alike.
+        """
         blend = 1.0 if self._fresh else -expm1(-period / self.smoothing)
-        self._smooth += blend * (touch - self._smooth)
+        change = touch - self._smooth
+        if statistic is not None:
+            largest = max(float(statistic(change).max()), SUDDEN)
+            blend = max(blend, 1.0 - (SUDDEN / largest) ** 2)
+        self._smooth += blend * change
         self._fresh = False
 
     def locate(
@@ -66,7 +85,7 @@ class TouchLocator:
         frame: SensorFrame,
         touched: Sequence[int],
         unjudged: Sequence[int],
-        model_error: Array,
+        model_error: Array | float,
         stamp: int,
     ) -> Localisation:
         """Locate the touch of every touched limb, at the posture of the rows.
@@ -81,8 +100,11 @@ class TouchLocator:
         Returns:
             Probabilities of one limb sum to one with its share of none.
         """
+        period, self._stamp = (stamp - self._stamp) * 1e-9, stamp
         for limb in touched:
-            self._fit(frame, limb, {*touched, *unjudged} - {limb}, model_error)
+            fits = self._fit(frame, limb, {*touched, *unjudged} - {limb}, model_error)
+            if fits is not None:
+                self.fits[limb] = self._filter(limb).add(fits, period)
         found = [ranked(fits) for fits in self.fits.values()]
         if len(found) < 2:
             return found[0] if found else NOWHERE
@@ -98,11 +120,16 @@ class TouchLocator:
         places = {link: base * place for link, place in zip(robot.links, placed, strict=True)}
         return touch_map({robot.subtrees[i].name: one for i, one in self.fits.items()}, places)
 
-    def _fit(self, frame: SensorFrame, limb: int, blind: set[int], model_error: Array) -> None:
-        blind = blind - set(self._rows.removed.subtrees)
-        removed = self._rows.removing(sorted(blind))
+    def _fit(
+        self, frame: SensorFrame, limb: int, blind: set[int], model_error: Array | float
+    ) -> LinkFits | None:
+        removed = self._rows.removing(sorted(blind - set(self._rows.removed.subtrees)))
         touch = self._rows.remove(self._smooth.copy(), removed)
         self._covariance.update(frame, removed, model_error)
-        fits = self._localiser.fit(touch, self._covariance, limb)
-        if fits is not None:
-            self.fits[limb] = fits
+        return self._localiser.fit(touch, self._covariance, limb)
+
+    def _filter(self, limb: int) -> PlaceFilter:
+        """Return the filter of the touch of a limb, a new one when the touch begins."""
+        if limb not in self._filters:
+            self._filters[limb] = PlaceFilter(self._localiser.links_of(limb))
+        return self._filters[limb]

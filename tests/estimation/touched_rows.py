@@ -27,6 +27,9 @@ class TouchedRows:
         self._names = [body.name for body in self.surface.bodies]
         self._places = dict(zip(robot.links, self.rows.place_links(), strict=True))
         self._random = np.random.default_rng(seed)
+        values, vectors = np.linalg.eigh(self.covariance.matrix)
+        self._spread = vectors * np.sqrt(np.maximum(values, 0.0))
+        self._locator = TouchLocator(self.rows, RowNoise(), 1e-3, "surface")
 
     def points_of(self, link: str) -> Array:
         """Indices of the surface's points on a link."""
@@ -46,9 +49,7 @@ class TouchedRows:
 
     def noise(self, scale: float = 1.0) -> Array:
         """Errors that the covariance expects, (nv,)."""
-        matrix = self.covariance.matrix
-        errors = self._random.multivariate_normal(np.zeros(len(matrix)), matrix, method="eigh")
-        return scale * errors
+        return scale * self._spread @ self._random.normal(size=len(self._spread))
 
     def between(self, one: tuple[str, Array], other: tuple[str, Array]) -> float:
         """Distance of two places, each on a link [m]."""
@@ -56,8 +57,10 @@ class TouchedRows:
         return float(np.linalg.norm(places[0] - places[1]))
 
     def locator(self, method: str = "surface") -> TouchLocator:
-        """A locator that takes rows as they come."""
-        return TouchLocator(self.rows, RowNoise(), 1e-3, method)
+        """The locator, of which there is one, with nothing remembered."""
+        self._locator.configure(1e-3, method)
+        self._locator.reset()
+        return self._locator
 
 
 class Watch:

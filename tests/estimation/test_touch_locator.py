@@ -1,0 +1,86 @@
+"""How the rows of a touch are smoothed before its place is looked for."""
+
+import numpy as np
+import pytest
+
+from estimation.contact.row_covariance import RowNoise
+from estimation.contact.touch_locator import Statistic, TouchLocator
+from robot_model import load_robot
+from tests.estimation.touched_rows import TouchedRows
+
+PERIOD = 0.004  # s
+
+
+@pytest.fixture(scope="module")
+def touched() -> TouchedRows:
+    return TouchedRows(load_robot("icub"))
+
+
+@pytest.fixture
+def locator(touched: TouchedRows) -> TouchLocator:
+    return TouchLocator(touched.rows, RowNoise(), 0.06, "surface")
+
+
+@pytest.fixture(scope="module")
+def statistic(touched: TouchedRows) -> Statistic:
+    matrices = touched.covariance.of_wrenches()
+    matrices[touched.rows.removed.subtrees] = np.eye(6)
+    information = np.linalg.inv(matrices)
+
+    def norm(rows: np.ndarray) -> np.ndarray:
+        wrenches = touched.rows.wrenches(rows)
+        return np.sqrt(np.vecdot(wrenches, np.matvec(information, wrenches)))
+
+    return norm
+
+
+def test_a_sudden_push_has_its_force_after_a_few_samples(
+    touched: TouchedRows, locator: TouchLocator, statistic: Statistic
+) -> None:
+    index = int(touched.points_of("l_forearm")[40])
+    limb = touched.robot.subtree_of("l_forearm")
+    locator.add(np.zeros(touched.rows.layout.model.nv), PERIOD, statistic)
+    for _ in range(5):
+        locator.add(touched.push(index, 15.0), PERIOD, statistic)
+    best = locator.locate(touched.frame, [limb], [], 0.0, 0).hypotheses[0]
+    assert np.linalg.norm(best.force) == pytest.approx(15.0, abs=0.5)
+
+
+def test_noise_is_smoothed_although_sudden_changes_are_followed(
+    touched: TouchedRows, locator: TouchLocator, statistic: Statistic
+) -> None:
+    index = int(touched.points_of("l_forearm")[40])
+    limb, push = touched.robot.subtree_of("l_forearm"), touched.push(index, 15.0)
+    smooth, rough = [], []
+    for step in range(120):
+        rows = push + touched.noise(0.3)  # white noise is a part of what is expected
+        locator.add(rows, PERIOD, statistic)
+        if step >= 60 and step % 2:
+            seen = locator.locate(touched.frame, [limb], [], 0.0, 0).hypotheses[0]
+            smooth.append(np.linalg.norm(seen.force))
+            rough.append(np.linalg.norm(touched.rows.wrenches(rows)[limb][:3]))
+    assert np.std(smooth) < 0.4 * np.std(rough)
+
+
+def test_two_touched_limbs_are_both_located(touched: TouchedRows, locator: TouchLocator) -> None:
+    arm, leg = (int(touched.points_of(link)[40]) for link in ("l_forearm", "r_upper_leg"))
+    locator.add(touched.push(arm, 10.0) + touched.push(leg, 12.0), PERIOD)
+    limbs = [touched.robot.subtree_of(link) for link in ("l_forearm", "r_upper_leg")]
+    found = locator.locate(touched.frame, limbs, [], 0.0, 0)
+    assert {h.links[0] for h in found.hypotheses[:2]} == {"l_forearm", "r_upper_leg"}
+    forces = sorted(float(np.linalg.norm(h.force)) for h in found.hypotheses[:2])
+    assert forces == pytest.approx([10.0, 12.0], abs=0.1)
+    assert list(locator.map().limb) == ["l_arm", "r_leg"]
+
+
+def test_the_map_holds_no_more_than_a_message_bears(
+    touched: TouchedRows, locator: TouchLocator
+) -> None:
+    index = int(touched.points_of("chest")[40])
+    locator.add(touched.push(index, 0.5), PERIOD)  # so little that it may be anywhere
+    locator.locate(touched.frame, [touched.robot.subtree_of("chest")], [], 0.0, 0)
+    places = locator.map()
+    assert len(places.link) > 5
+    assert 1000 < len(places.point) <= 1500
+    assert len(places.probability) == sum(places.count) == len(places.point)
+    np.testing.assert_allclose(np.linalg.norm(places.line_direction, axis=1), 1.0)
