@@ -23,6 +23,7 @@ from bus.parameters import Parameters
 from bus.port_table import CLAIM_TIMEOUT, PortTable
 from bus.rpc import call
 from bus.rpc_server import Handler, RpcServer
+from bus.saved_settings import save_settings
 from bus.session import LOOPBACK, open_session
 from bus.signals import stop_flag
 from bus.stream import THINNED_HZ
@@ -291,6 +292,8 @@ class Node:
         self.close()
 
     def _param(self, action: str, name: str = "", value: Any = None) -> Any:
+        if action == "save":
+            return save_settings(self.name, self.parameters)
         return self.parameters.handle(action, name, value)
 
     def _wait_on(self, deadline: float) -> bool:

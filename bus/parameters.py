@@ -15,10 +15,14 @@ class NoSettings(BaseModel):
 
 
 class Parameters:
-    """``value`` is a frozen pydantic model, replaced as a whole by every change."""
+    """``value`` is a frozen pydantic model, replaced as a whole by every change.
+
+    ``started`` is what it was at the start, by the service's configuration.
+    """
 
     def __init__(self, value: BaseModel | None = None):
         self.value: Any = value or NoSettings()
+        self.started = self.value
         self._listeners: list[Listener] = []
 
     def on_change(self, listener: Listener) -> None:
@@ -31,7 +35,10 @@ class Parameters:
 
     def get(self, name: str) -> Any:
         """Return one setting (or a group of them) by its dotted name."""
-        value: Any = self.value.model_dump(mode="json")
+        return self._get(self.value, name)
+
+    def _get(self, settings: BaseModel, name: str) -> Any:
+        value: Any = settings.model_dump(mode="json")
         for key in name.split("."):
             if not isinstance(value, dict) or key not in value:
                 raise LookupError(self._unknown(name))
@@ -60,15 +67,21 @@ class Parameters:
             self.value = old
             raise
 
+    def reset(self, name: str) -> Any:
+        """Set one setting (or a group of them) to what it was at the start; return that."""
+        return self.set(name, self._get(self.started, name))
+
     def handle(self, action: str, name: str = "", value: Any = None) -> Any:
-        """Answer the verb ``param``: ``list``, ``get`` or ``set``."""
+        """Answer the verb ``param``: ``list``, ``get``, ``set`` or ``reset``."""
         if action == "list":
             return _flatten(self.value.model_dump(mode="json"))
         if action == "get":
             return self.get(name)
         if action == "set":
             return self.set(name, value)
-        raise ValueError(f"param: expected action list, get or set, got {action!r}")
+        if action == "reset":
+            return self.reset(name)
+        raise ValueError(f"param: expected action list, get, set, reset or save, got {action!r}")
 
     def _unknown(self, name: str) -> str:
         names = self.names()

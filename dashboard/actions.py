@@ -12,8 +12,9 @@ from .config import DashboardConfig
 from .errands import Errands, Outcome
 from .html import GREEN, RED, note
 from .panel import Click, Panel
+from .picking import pick
 from .placement import Placement
-from .push import DIRECTIONS, push_point
+from .push import DIRECTIONS, push_point, push_request
 from .replay_bar import PLAYER
 
 ANSWER = 2.0  # [s] within which a service that only switches something has answered
@@ -41,6 +42,7 @@ class Actions:
         self._sim = ports.sim_rpc(robot)
         self._verbs = {
             "push": self._push,
+            "poke": self._poke,
             "tare": self._tare,
             "pause": self._pause,
             "stop": self._stop,
@@ -71,16 +73,31 @@ class Actions:
         except ValueError as error:
             self._show(click, f"push: {error}", RED)
             return
-        push = {
-            "link": link,
-            "point": point.tolist(),
-            "force": force.tolist(),
-            "frame": "world",
-            "profile": "hold",
-            "duration": self._config.push_duration,
-        }
         said = f"push {self._panel.force.value:g} N {self._panel.direction.value} on {link}"
-        self._send(click, said, self._sim, "push", push, ANSWER)
+        self._send_push(click, said, push_request(link, point, force, "world"))
+
+    def _poke(self, click: Click) -> None:
+        """Push where the robot was clicked, straight into its surface."""
+        assert click.ray is not None
+        try:
+            spot = pick(click.ray, self._surface, self._placement)
+        except ValueError as error:
+            self._panel.result.content = note("result", f"click: {error}")
+            return
+        force = self._panel.force.value * spot.inward
+        said = f"push {self._panel.force.value:g} N on {spot.link} where it was clicked"
+        self._send_push(click, said, push_request(spot.link, spot.point, force, "link"))
+
+    def _send_push(self, click: Click, said: str, push: dict[str, Any]) -> None:
+        def then(outcome: Outcome) -> None:
+            if outcome.absent:
+                said = f"{outcome.label}: no simulator to push: {outcome.error}"
+                self._show(click, said, RED)
+            else:
+                self._report(click, outcome)
+
+        push["duration"] = self._config.push_duration
+        self._errands.send(said, self._sim, "push", push, ANSWER, then)
 
     def _tare(self, click: Click) -> None:
         seconds = self._config.tare_seconds

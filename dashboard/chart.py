@@ -23,18 +23,22 @@ class ResidualChart:
     (a robot on a pole); the base shows the external residual.
     """
 
-    def __init__(self, gui: viser.GuiApi, robot: Robot, points: int):
+    def __init__(self, gui: viser.GuiApi, robot: Robot, points: int, seconds: float):
         self._joints = robot.n
         self._options = (*robot.joints, *(f"base {axis}" for axis in BASE_AXES))
         self._residuals = History(points, len(self._options))
         self._thresholds = History(points, len(self._options))
         self._choice = gui.add_dropdown("Residual", self._options)
         self._unit = ""
-        nothing = np.array([-1.0, 0.0])
+        nothing = np.array([-seconds, 0.0])
         self._plot = gui.add_uplot(
-            (nothing, nothing, nothing, nothing),
+            (nothing, 0.0 * nothing, 0.0 * nothing, 0.0 * nothing),
             _series("residual"),
-            scales={"x": uplot.Scale(time=False), "y": uplot.Scale(auto=True)},
+            # a range of its own: viser follows data with a zoom that may go wrong for good
+            scales={
+                "x": uplot.Scale(time=False, range=(-seconds, 0.0)),
+                "y": uplot.Scale(auto=True),
+            },
             axes=_axes(""),
             legend=uplot.Legend(show=True, live=False),
             height=HEIGHT,

@@ -21,6 +21,7 @@ class DashboardConfig(RobotServiceConfig):
     scene_rate: float = Field(default=25.0, gt=0.0, le=60.0)  # [Hz]
     idle_rate: float = Field(default=1.0, gt=0.0)  # [Hz] while nobody looks
     chart_rate: float = Field(default=10.0, gt=0.0)  # [Hz]
+    map_rate: float = Field(default=5.0, gt=0.0)  # [Hz]
     alarm_rate: float = Field(default=5.0, gt=0.0)  # [Hz]
     text_rate: float = Field(default=2.0, gt=0.0)  # [Hz]
     watch_period: float = Field(default=1.0, gt=0.0)  # [s] between looks at the ports
@@ -28,6 +29,7 @@ class DashboardConfig(RobotServiceConfig):
     touch_scale: float = Field(default=0.01, gt=0.0)  # [m/N]
     support_scale: float = Field(default=0.001, gt=0.0)  # [m/N]
     hide_below: float = Field(default=2.0, ge=0.0)  # [N]
+    chart_seconds: float = Field(default=12.0, gt=0.0)  # [s]
     chart_points: int = Field(default=300, ge=2, le=300)
 
     push_force: float = Field(default=15.0, gt=0.0)  # [N]

@@ -3,6 +3,7 @@
 import numpy as np
 import viser
 
+from .probability_colours import LIKELY, probability_colours
 from .touches import Touch
 
 Array = np.ndarray
@@ -10,7 +11,7 @@ Array = np.ndarray
 TOUCH = (255, 60, 0)  # estimated: orange, solid arrows
 SUPPORT = (255, 190, 0)
 TRUTH = (40, 130, 255)  # true: blue needles with a ball at the point
-UNLIKELY, LIKELY = np.array([96, 40, 130]), np.array([255, 70, 200])
+UNDECIDED = (150, 155, 160)  # grey: the data leave open what it is
 HYPOTHESES = 20  # drawn at most
 
 _NOWHERE = np.zeros((1, 2, 3), dtype=np.float32)
@@ -22,6 +23,11 @@ class ForceScene:
     def __init__(self, scene: viser.SceneApi):
         self._touches = _arrows(scene, "/estimate/touches", TOUCH, 0.008)
         self._supports = _arrows(scene, "/estimate/supports", SUPPORT, 0.008)
+        self._undecided = _arrows(scene, "/estimate/undecided", UNDECIDED, 0.008)
+        self._open = scene.add_label("/estimate/undecided_label", "undecided", visible=False)
+        self._lines = scene.add_line_segments(
+            "/estimate/lines", _NOWHERE, tuple(LIKELY), thickness=0.004, visible=False
+        )
         self._best = _arrows(scene, "/estimate/hypothesis", tuple(LIKELY), 0.006)
         self._needles = scene.add_line_segments(
             "/truth/needles", _NOWHERE, TRUTH, thickness=0.008, visible=False
@@ -30,10 +36,18 @@ class ForceScene:
         self._hypotheses = _points(scene, "/estimate/hypotheses", 0.03)
         self._label = scene.add_label("/estimate/best", "", visible=False, font_screen_scale=1.1)
 
-    def show_estimate(self, touches: Array, supports: Array) -> None:
+    def show_estimate(self, touches: Array, supports: Array, undecided: Array) -> None:
         """Draw arrows, (m, 2, 3) [m], tip at the point of action."""
         _set_points(self._touches, touches)
         _set_points(self._supports, supports)
+        _set_points(self._undecided, undecided)
+        self._open.visible = len(undecided) > 0
+        if len(undecided):
+            self._open.position = undecided[0, 0]
+
+    def show_lines(self, lines: Array) -> None:
+        """Draw lines of action, (m, 2, 3) [m]."""
+        _set_points(self._lines, lines)
 
     def show_truth(self, needles: Array) -> None:
         """Draw needles, (m, 2, 3) [m], ball at the point of action."""
@@ -42,11 +56,11 @@ class ForceScene:
         if len(needles):
             self._balls.colors = np.array(TRUTH, dtype=np.uint8)
 
-    def show_hypotheses(self, touches: list[Touch], scale: float) -> None:
-        """Draw hypotheses coloured by probability, the best with its force and its name."""
+    def show_hypotheses(self, touches: list[Touch], scale: float, dots: bool) -> None:
+        """Draw the best hypothesis with its force and its name, and all as ``dots``."""
         shown = touches[:HYPOTHESES]
-        points = np.array([touch.point for touch in shown], dtype=np.float32).reshape(-1, 3)
-        _set_points(self._hypotheses, points)
+        places = [touch.point for touch in shown if dots]
+        _set_points(self._hypotheses, np.array(places, dtype=np.float32).reshape(-1, 3))
         self._label.visible = bool(shown)
         if not shown:
             _set_points(self._best, _NOWHERE[:0])
@@ -57,12 +71,6 @@ class ForceScene:
         _set_points(self._best, np.array([[tail, best.point]], dtype=np.float32))
         self._label.position = tail
         self._label.text = best.label
-
-
-def probability_colours(probabilities: list[float]) -> Array:
-    """Return colours from dark violet (0) to bright pink (1), (m, 3) uint8."""
-    weights = np.clip(probabilities, 0.0, 1.0)[:, None]
-    return (UNLIKELY + weights * (LIKELY - UNLIKELY)).astype(np.uint8)
 
 
 def _arrows(

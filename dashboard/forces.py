@@ -1,5 +1,6 @@
 """Forces that act on the robot, in the world: what the page draws as arrows."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ class Force(NamedTuple):
     point: Array  # (3,) [m], world
     force: Array  # (3,) [N], world
     support: bool
+    decided: bool = True  # by the data, that is
 
 
 def estimated_forces(wrenches: ExternalWrenches, placement: Placement) -> list[Force]:
@@ -26,6 +28,7 @@ def estimated_forces(wrenches: ExternalWrenches, placement: Placement) -> list[F
             placement.point(wrenches.link[i], wrenches.point[i]),
             placement.vector(wrenches.frame[i], wrenches.wrench[i, :3]),
             wrenches.kind[i] == "support",
+            not wrenches.decided or wrenches.decided[i],
         )
         for i in np.flatnonzero(wrenches.valid)
     ]
@@ -48,7 +51,7 @@ def true_forces(truth: GroundTruth, placement: Placement) -> list[Force]:
     return pushes + supports
 
 
-def segments(forces: list[Force], support: bool, scale: float, hide_below: float) -> Array:
+def segments(forces: Iterable[Force], scale: float, hide_below: float) -> Array:
     """Return arrows (m, 2, 3) [m] whose tips are the points where the forces act.
 
     ``scale`` is in m/N; forces smaller than ``hide_below`` [N] are left out.
@@ -56,6 +59,6 @@ def segments(forces: list[Force], support: bool, scale: float, hide_below: float
     drawn = [
         (force.point - scale * force.force, force.point)
         for force in forces
-        if force.support == support and np.linalg.norm(force.force) >= hide_below
+        if np.linalg.norm(force.force) >= hide_below
     ]
     return np.array(drawn, dtype=np.float32).reshape(-1, 2, 3)

@@ -7,6 +7,7 @@ from bus import Input, Node
 from robot_model import Robot, ports
 from robot_model.messages import (
     BaseState,
+    ContactMap,
     Contacts,
     ExternalWrenches,
     GroundTruth,
@@ -26,6 +27,7 @@ READ = {
     "wrenches": ExternalWrenches,
     "residuals": Residuals,
     "contacts": Contacts,
+    "contact_map": ContactMap,
     "truth": GroundTruth,
 }
 
@@ -55,13 +57,15 @@ class Inputs:
         self._good: dict[str, Any] = {}
         self._seen: dict[str, float] = {}
         self._troubles: dict[str, str] = {}
+        self._unwanted: set[str] = set()
+        self._resting = False
 
     def read(self) -> Snapshot:
         """Take what has arrived, and return what is fresh and valid, or was a moment ago."""
         now = time.monotonic()
         for what, source in self._inputs.items():
             source.newest()
-            self._troubles[what] = _trouble(source)
+            self._troubles[what] = "not wanted" if what in self._unwanted else _trouble(source)
             if source.latest is not None and not self._troubles[what]:
                 self._good[what] = source.latest.data
                 self._seen[what] = now
@@ -71,8 +75,16 @@ class Inputs:
 
     def rest(self, resting: bool) -> None:
         """Read nothing while nobody looks, so that nobody writes for us alone."""
-        for source in self._inputs.values():
-            source.rest(resting)
+        self._resting = resting
+        for what, source in self._inputs.items():
+            source.rest(resting or what in self._unwanted)
+
+    def want(self, what: str, wanted: bool) -> None:
+        """Read one of the messages, or do without it."""
+        if wanted == (what not in self._unwanted):
+            return
+        self._unwanted ^= {what}
+        self._inputs[what].rest(self._resting or not wanted)
 
     def trouble(self, what: str) -> str:
         """Return why the last snapshot lacks a message; empty when it has it."""

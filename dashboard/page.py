@@ -16,12 +16,14 @@ from .input_rows import input_table
 from .inputs import Inputs
 from .last_contact import LastContact
 from .offsets import offset_table
+from .onset_strip import OnsetStrip
 from .panel import Panel
 from .port_rows import port_table
 from .rhythm import Rhythm
 from .server import PageServer
 from .snapshot import Snapshot
 from .status import status
+from .touch_table import touch_table
 from .touches import alarm
 from .view import View
 from .watch import Watch
@@ -42,6 +44,7 @@ class Page:
         self._inputs = Inputs(node, robot, config.inputs)
         self._view = View(server.scene, robot, surface, config)
         self._panel = Panel(server.gui, robot, tuple(b.name for b in surface.bodies), config)
+        server.scene.on_click()(self._panel.poke)
         self._errands = Errands(node)
         self._actions = Actions(
             self._panel, self._errands, robot, surface, self._view.estimate, config
@@ -52,6 +55,7 @@ class Page:
         self._texts = Rhythm(config.text_rate)
         self._default_links = {tree.name: tree.default_link for tree in robot.subtrees}
         self._last_contact = LastContact()
+        self._strip = OnsetStrip(tuple(self._default_links))
         self._camera_set = False
 
     @property
@@ -62,11 +66,14 @@ class Page:
     def update(self) -> None:
         """Draw one frame."""
         now = time.monotonic()
+        self._inputs.want("contact_map", self._panel.show_places.value)
         known = self._inputs.read()
         self._actions.paused = self._node.clock.state == "paused"
         self._actions.holding = self._watch.holding
         self._actions.recording = bool(self._watch.recorder.get("recording"))
         self._panel.replay.update(self._node, self._errands, now)
+        if self.watched:
+            self._panel.tuning.update(self._node, self._errands, now)
         self._actions.replaying = self._panel.replay.present
         self._actions.run()
         with self._server.atomic():
@@ -87,6 +94,7 @@ class Page:
 
     def _draw(self, known: Snapshot, now: float) -> None:
         panel = self._panel
+        self._strip.add(self._inputs.time("contacts"), known.contacts)
         self._view.update(known, panel.show_truth.value, panel.hide_below.value)
         self._set_camera()
         if self._node.clock.state != "paused":
@@ -95,6 +103,7 @@ class Page:
                 panel.chart.draw()
         if self._texts.due(now):
             self._draw_torques(known)
+            panel.strip.content = self._strip.html(known.contacts)
             panel.ports.content = port_table(self._watch.outputs, self._inputs.ages())
             panel.inputs.content = input_table(self._watch.inputs)
             panel.offsets.content = offset_table(self._watch.observer)
@@ -128,6 +137,7 @@ class Page:
         reason = self._inputs.trouble("contacts")
         alarmed = alarm(known.contacts, reason, self._default_links)
         panel.alarm.content = line("alarm", alarmed.text, alarmed.colour, "17px")
+        panel.touches.content = touch_table(known.contacts)
         self._last_contact.note(alarmed, now)
         panel.last.content = note("last", self._last_contact.text(now))
         panel.pause.label = "Resume" if actions.paused or actions.frozen else "Pause"

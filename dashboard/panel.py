@@ -4,6 +4,7 @@ from collections import deque
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import viser
 
 from bus.session import insecure_notice
@@ -13,8 +14,10 @@ from . import recording
 from .chart import ResidualChart
 from .config import DashboardConfig
 from .html import AMBER, GREY, line, note
+from .picking import Ray
 from .push import DIRECTIONS
 from .replay_bar import ReplayBar
+from .tuning import Tuning
 
 LEGEND = (
     "<style>#legend span {{white-space:nowrap;margin-right:10px}}</style>"
@@ -22,16 +25,18 @@ LEGEND = (
     '<span><b style="color:#ff7a2e">&#10142; estimated touch</b> 1 cm = {touch:g} N</span>'
     '<span><b style="color:#ffbe00">&#10142; estimated support</b> 1 cm = {support:g} N</span>'
     '<span><b style="color:#4aa3ff">&#9679;&#9472; true force</b> same scales</span>'
-    '<span><b style="color:#ff46c8">&#9679; touch hypothesis</b> brighter: likelier</span></div>'
+    '<span><b style="color:#ff46c8">&#9679; place of a touch</b> brighter: likelier</span>'
+    '<span><b style="color:#ff46c8">&#9472;</b> its line of action</span></div>'
 )
 TORQUES = "Link torques [N m], limits at the bars' ends"
 
 
 class Click(NamedTuple):
-    """A button was pressed by a browser."""
+    """A button was pressed by a browser, or the scene clicked (``poke``, along ``ray``)."""
 
     button: str
     client: viser.ClientHandle | None
+    ray: Ray | None = None
 
 
 class Panel:
@@ -49,21 +54,30 @@ class Panel:
         self.replay = ReplayBar(gui)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Live"):
-            self.chart = ResidualChart(gui, robot, config.chart_points)
+            self.chart = ResidualChart(gui, robot, config.chart_points, config.chart_seconds)
+            self.strip = gui.add_html("")
             self._add_push(gui, robot, links, config)
             self._add_buttons(gui)
             self.result = gui.add_html(note("result", ""))
             self.recording = gui.add_html(note("recording", ""))
+            self.touches = gui.add_html("")  # comes and goes: the buttons above it must not move
             self._add_legend(gui, config)
             self.offsets = gui.add_html("")
             gui.add_html(note("torques-title", TORQUES))
             self.torques = gui.add_html("")
             self._add_view(gui, config)
+        with tabs.add_tab("Tune"):
+            self.tuning = Tuning(gui)
         with tabs.add_tab("Ports"):
             self.ports = gui.add_html(note("ports", "looking for ports"))
             self.inputs = gui.add_html("")
         with tabs.add_tab("Help"):
             gui.add_markdown((Path(__file__).parent / "help.md").read_text())
+
+    def poke(self, event: viser.SceneClickEvent) -> None:
+        """Take note of a click into the scene."""
+        ray = Ray(np.array(event.ray_origin), np.array(event.ray_direction))
+        self.clicks.append(Click("poke", event.client, ray))
 
     def _add_push(
         self, gui: viser.GuiApi, robot: Robot, links: tuple[str, ...], config: DashboardConfig
@@ -97,6 +111,9 @@ class Panel:
     def _add_view(self, gui: viser.GuiApi, config: DashboardConfig) -> None:
         self.show_truth = gui.add_checkbox(
             "True forces", True, hint="What the simulator knows, in blue; no estimate uses it"
+        )
+        self.show_places = gui.add_checkbox(
+            "Places of a touch", True, hint="The map over the surface, and the line of action"
         )
         self.hide_below = gui.add_slider("Hide below [N]", 0.0, 20.0, 0.5, config.hide_below)
         self._add_button(gui, "Reset", "reset", "Stand the simulated robot up again", "gray")

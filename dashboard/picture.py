@@ -19,6 +19,7 @@ from .chromium import choose, open_browser, show
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
+SEEN = 2500  # [ms] for the places of the touch to be drawn likewise
 SETTLE = 3000  # [ms] for the meshes to be drawn in software
 TOUCHED = "document.getElementById('alarm')?.innerText.startsWith('contact: ')"
 LIVE = "document.getElementById('status')?.innerText.startsWith('live')"
@@ -81,6 +82,7 @@ def take(
                 choose(page, label, option)
         page.get_by_role("button", name="Push", exact=True).click()
         page.wait_for_function(TOUCHED, polling=100)
+        page.wait_for_timeout(SEEN)
         file.parent.mkdir(parents=True, exist_ok=True)
         page.screenshot(path=file)
 

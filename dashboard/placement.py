@@ -34,6 +34,10 @@ class Placement:
         """Return a vector given in a frame's axes, (3,), in the world's."""
         return self._data.oMf[self._tree.frame_id(frame)].rotation @ vector
 
+    def inverse_point(self, frame: str, point: Array) -> Array:
+        """Return a point given in the world, (3,) [m], in a frame."""
+        return self._data.oMf[self._tree.frame_id(frame)].actInv(point)
+
     def inverse_vector(self, frame: str, vector: Array) -> Array:
         """Return a vector given in the world's axes, (3,), in a frame's."""
         return self._data.oMf[self._tree.frame_id(frame)].rotation.T @ vector

@@ -1,5 +1,7 @@
 """Where and how a push of the page acts on a link."""
 
+from typing import Any
+
 import numpy as np
 
 from robot_model.surface import Surface
@@ -38,3 +40,16 @@ def push_point(surface: Surface, body: int, direction: Array) -> Array:
     beside = np.linalg.norm(offset - np.outer(offset @ direction, direction), axis=1)
     size = float(np.ptp(points, axis=0).max()) or 1.0
     return points[np.argmin(beside / size + 1.0 + normals @ direction)]
+
+
+def push_request(link: str, point: Array, force: Array, frame: str) -> dict[str, Any]:
+    """Return the arguments of the plant's verb ``push``, for a force at full strength.
+
+    Args:
+        link: What is pushed.
+        point: Where, (3,) [m], link frame.
+        force: (3,) [N], in the axes of ``frame``.
+        frame: ``link`` or ``world``.
+    """
+    place = {"link": link, "point": point.tolist()}
+    return {**place, "force": force.tolist(), "frame": frame, "profile": "hold"}

@@ -31,6 +31,7 @@ class RobotScene:
         self.links = tuple(body.name for body in surface.bodies)
         self.parents = parents
         paths = _paths(self.links, parents)
+        self.paths = dict(zip(self.links, paths, strict=True))  # names in the scene
         self._meshes = [
             _add_mesh(scene, path, *lighten(body.vertices, body.triangles, CELL))
             for path, body in zip(paths, surface.bodies, strict=True)

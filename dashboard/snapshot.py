@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from robot_model.messages import (
     BaseState,
+    ContactMap,
     Contacts,
     ExternalWrenches,
     GroundTruth,
@@ -23,4 +24,5 @@ class Snapshot:
     wrenches: ExternalWrenches | None = None
     residuals: Residuals | None = None
     contacts: Contacts | None = None
+    contact_map: ContactMap | None = None
     truth: GroundTruth | None = None

@@ -4,13 +4,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robot_model.messages import Contacts
+from robot_model.messages import ContactMap, Contacts
 
 from .html import AMBER, GREEN, GREY, RED
 from .placement import Placement
 
 Array = np.ndarray
 
+REACH = 0.5  # [m] of a line of action that is drawn, to both sides
 NO_CONTACT = "no contact"
 
 
@@ -61,6 +62,13 @@ def _touch(hypothesis: dict[str, Any], placement: Placement) -> Touch:
     )
 
 
+def action_lines(found: ContactMap, base: str, placement: Placement) -> list[tuple[Array, Array]]:
+    """Return both ends of the piece of each line of action that is drawn, world [m]."""
+    points = [placement.point(base, point) for point in found.line_point]
+    halves = [REACH * placement.vector(base, along) for along in found.line_direction]
+    return [(point - half, point + half) for point, half in zip(points, halves, strict=True)]
+
+
 def alarm(contacts: Contacts | None, reason: str, default_links: dict[str, str]) -> Alarm:
     """Return the alarm line.
 
@@ -71,21 +79,26 @@ def alarm(contacts: Contacts | None, reason: str, default_links: dict[str, str])
     """
     if contacts is None:
         return Alarm(f"contact unknown: {reason}", GREY)
-    raised = [flag for flag in contacts.flags if flag["state"] != "none"]
-    if not raised:
+    touched = raised(contacts)
+    if not touched:
         return Alarm(NO_CONTACT, GREEN)
-    colour = RED if any(flag["state"] == "collision" for flag in raised) else AMBER
-    link, force, probability = _best(contacts, raised, default_links)
+    colour = RED if any(flag["state"] == "collision" for flag in touched) else AMBER
+    link, force, probability = _best(contacts, touched, default_links)
     return Alarm(f"contact: {describe(link, force, probability)}", colour, probability)
 
 
+def raised(contacts: Contacts) -> list[dict[str, Any]]:
+    """Return the flags of the limbs that are touched."""
+    return [flag for flag in contacts.flags if flag["state"] != "none"]
+
+
 def _best(
-    contacts: Contacts, raised: list[dict[str, Any]], default_links: dict[str, str]
+    contacts: Contacts, touched: list[dict[str, Any]], default_links: dict[str, str]
 ) -> tuple[str, float, float]:
     """Return link, force [N] and probability of the best hypothesis, or of the surest limb."""
     if contacts.hypotheses:
         best = contacts.hypotheses[0]
         return best["links"][0], float(np.linalg.norm(best["force"])), best["probability"]
-    flag = max(raised, key=lambda flag: flag["probability"])
+    flag = max(touched, key=lambda flag: flag["probability"])
     limb = str(flag["limb"])
     return default_links.get(limb, limb), flag.get("force", 0.0), flag["probability"]

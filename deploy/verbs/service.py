@@ -24,6 +24,17 @@ class Action(StrEnum):
     list = "list"
     get = "get"
     set = "set"
+    reset = "reset"
+    save = "save"
+
+
+WANTED: dict[Action, tuple[str, ...]] = {
+    Action.list: (),
+    Action.get: ("name",),
+    Action.set: ("name", "value"),
+    Action.reset: ("name",),
+    Action.save: (),
+}
 
 
 @on_the_bus
@@ -35,7 +46,11 @@ def param(
     value: Annotated[str | None, typer.Argument(help="New value, in YAML.")] = None,
     as_json: Json = False,
 ) -> None:
-    """List, get or set the settings of a running service."""
+    """List, get or set the settings of a running service.
+
+    ``reset`` puts one back to what it was at the start; ``save`` writes those that differ
+    from the defaults into a file for ``wrenchbus run --params``.
+    """
     from deploy.discovery import rpc_port
 
     request = _request(action, name, value)
@@ -79,7 +94,7 @@ def down(node: "Node", timeout: Timeout = 20.0) -> None:
 
 def _request(action: Action, name: str | None, value: str | None) -> dict[str, Any]:
     given = {"name": name, "value": value}
-    wanted = {"list": (), "get": ("name",), "set": ("name", "value")}[action.value]
+    wanted = WANTED[action]
     for key in given:
         if (given[key] is not None) != (key in wanted):
             needs = " ".join(["SERVICE", *(key.upper() for key in wanted)])

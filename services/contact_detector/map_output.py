@@ -12,7 +12,8 @@ class MapOutput:
     """Writes a map at the rate at which places are looked for, empty while nothing touches."""
 
     def __init__(self, node: Node, robot: Robot, rate: float):
-        self._port = node.output(ports.name("contact_map", robot), ContactMap, rate=rate)
+        name = ports.name("contact_map", robot)
+        self._port = node.output(name, ContactMap, rate=rate, model=robot.model_hash)
         self._period = round(1e9 / rate)  # ns
         self._next = 0  # stamp
 

@@ -9,6 +9,7 @@ from playwright.sync_api import TimeoutError as NotInTime
 
 from dashboard.chromium import open_browser, show
 
+SETTLE = 3000  # [ms] for a camera that moves to where it shall stand
 SIZE = (800, 600)  # [px]; small, because everything is drawn in software
 
 
@@ -38,6 +39,14 @@ class Looked:
     def press(self, label: str) -> None:
         """Press a button."""
         self.page.get_by_role("button", name=label, exact=True).click()
+
+    def click_scene(self, right: float, down: float) -> None:
+        """Click into the scene, at parts of its width and height."""
+        self.page.wait_for_timeout(SETTLE)
+        box = self.page.locator("canvas").first.bounding_box()
+        assert box is not None
+        x, y = box["x"] + right * box["width"], box["y"] + down * box["height"]
+        self.page.mouse.click(x, y)
 
     def open_tab(self, label: str) -> None:
         """Turn to a tab."""

@@ -25,6 +25,7 @@ def test_page_shows_state_and_contact_and_its_buttons_work(page):
     choose(page.page, "Link", "l_forearm")
     page.press("Push")
     page.await_text("last", r"^last contact: l_forearm 15\.0 N p=0\.90, \d+ s ago$")
+    page.await_text("strip", r"l_arm\s+(contact 12\.0|none 1\.5) / 6\.5")
     page.await_text("result", "^push 15 N ")
 
     page.press("Tare")
@@ -45,6 +46,19 @@ def test_page_shows_state_and_contact_and_its_buttons_work(page):
     page.await_text("status", "stopped")
     page.press("Release")
     page.await_text("status", "^live t = [0-9.]+ s$")
+
+
+def test_thresholds_are_tuned_reset_and_saved(page):
+    page.open_tab("Tune")
+    page.page.get_by_text("Contact [std]", exact=True).wait_for()
+    field = page.page.locator(".mantine-NumberInput-input:visible").first
+    field.fill("9")
+    page.await_text("tuning", r"^levels\.contact = 9(\.0)?$")
+    page.press("Reset settings")
+    page.await_text("tuning", "^reset to the detector's configuration$")
+    page.page.wait_for_function("([f]) => f.value === '6.5'", arg=[field.element_handle()])
+    page.press("Save settings")
+    page.await_text("tuning", r"^saved in /state/x\.yaml$")
 
 
 def test_ports_and_help_are_one_click_away(page):

@@ -1,10 +1,14 @@
 """Live settings."""
 
+from pathlib import Path
+
 import pytest
+import yaml
 from pydantic import BaseModel, ConfigDict, Field
 
 from bus.configuration import ConfigurationError, load
 from bus.parameters import Parameters
+from bus.saved_settings import changes, save_settings
 
 
 class Inner(BaseModel):
@@ -33,7 +37,9 @@ def test_a_wrong_value_changes_nothing():
         parameters.set("inner.gain", -1)
     with pytest.raises(LookupError, match="unknown parameter 'inner.gian'.*inner.gain"):
         parameters.set("inner.gian", 1)
-    with pytest.raises(ValueError, match="expected action list, get or set, got 'drop'"):
+    with pytest.raises(
+        ValueError, match="expected action list, get, set, reset or save, got 'drop'"
+    ):
         parameters.handle("drop")
     assert parameters.value == Outer()
 
@@ -52,6 +58,33 @@ def test_listeners_hear_of_a_change_and_may_refuse_it():
         parameters.set("name", "bad")
     assert heard == [("arm", "leg"), ("leg", "bad")]
     assert parameters.value.name == "leg"
+
+
+def test_reset_returns_to_what_the_configuration_said():
+    parameters = Parameters(Outer(inner=Inner(gain=2.0)))
+    parameters.set("inner.gain", 4.0)
+    parameters.set("name", "leg")
+    assert parameters.handle("reset", "inner.gain") == 2.0
+    assert parameters.handle("reset", "name") == "arm"
+    with pytest.raises(LookupError, match="unknown parameter 'inner.gian'"):
+        parameters.handle("reset", "inner.gian")
+
+
+def test_saved_changes_are_settings_that_give_the_same_again(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    parameters = Parameters(Outer(inner=Inner(gain=2.0)))
+    parameters.set("inner.gain", 4.0)
+    said = save_settings("toy", parameters)
+    assert said["file"] == str(tmp_path / "wrenchbus" / "settings" / "toy.yaml")
+    assert yaml.safe_load(Path(said["file"]).read_text()) == {"inner": {"gain": 4.0}}
+    assert load(Outer, None, said["file"]) == parameters.value
+
+
+def test_a_setting_that_went_back_to_the_default_is_saved_too():
+    parameters = Parameters(Outer(inner=Inner(gain=2.0), joints=["a"]))
+    assert changes(parameters) == {"inner": {"gain": 2.0}, "joints": ["a"]}
+    parameters.set("inner.gain", 1.0)
+    assert changes(parameters) == {"inner": {"gain": 1.0}, "joints": ["a"]}
 
 
 def test_layers_of_settings_lie_over_each_other(tmp_path):

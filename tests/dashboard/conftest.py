@@ -1,15 +1,27 @@
 """What the tests of the page share."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
+from dashboard.config import DashboardConfig
 from dashboard.placement import Placement
+from dashboard.server import PageServer, open_server
 from robot_model import Robot, load_robot
 
 
 @pytest.fixture(scope="session")
 def robot() -> Robot:
     return load_robot("icub")
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[PageServer]:
+    """A page that no browser looks at."""
+    opened = open_server(DashboardConfig())
+    yield opened
+    opened.stop()
 
 
 @pytest.fixture

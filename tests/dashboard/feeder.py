@@ -16,6 +16,7 @@ from bus.service import serve
 from robot_model import Robot, load_robot, ports
 from robot_model.messages import (
     BaseState,
+    ContactMap,
     Contacts,
     ExternalWrenches,
     GroundTruth,
@@ -32,6 +33,7 @@ MESSAGES = {
     "wrenches": ExternalWrenches,
     "residuals": Residuals,
     "contacts": Contacts,
+    "contact_map": ContactMap,
     "truth": GroundTruth,
 }
 STEP = 0.02  # [s]
@@ -49,10 +51,12 @@ class Feeder:
         feeder = cls.__new__(cls)
         feeder.robot, feeder.config = robot, config
         feeder.push, feeder.time = None, 0.0
+        feeder.surface = robot.load_surface()
         return feeder
 
     def __init__(self, node: Node, robot: Robot, config: FeederConfig):
         self.robot, self.node, self.config = robot, node, config
+        self.surface = robot.load_surface()
         self.outputs = {
             what: node.output(
                 ports.name(what, robot),
@@ -69,6 +73,7 @@ class Feeder:
         self.until = 0.0
         self.time, self.paused, self.holding = 0.0, False, False
         self.recording = False
+        self.settings: dict[str, float] = {"levels.contact": 6.5}
         self._serve()
 
     def _serve(self) -> None:
@@ -76,7 +81,8 @@ class Feeder:
         self.node.rpc(ports.sim_rpc(self.robot), sim)
         observer = {"tare": self._tare, "status": self._offsets}
         self.node.rpc(ports.rpc("torque_observer"), observer)
-        self.node.rpc(ports.rpc("contact_detector"), {"tare": self._refuse})
+        detector = {"tare": self._refuse, "param": self._param}
+        self.node.rpc(ports.rpc("contact_detector"), detector)
         stops = {"stop": self._stop, "release": self._release, "status": self._status}
         self.node.rpc(ports.rpc("sensor_server"), stops)
         record = {"start": self._record, "stop": self._finish, "status": self._recorded}
@@ -116,6 +122,14 @@ class Feeder:
 
     def _refuse(self, seconds: float = 1.0) -> dict[str, Any]:
         raise RuntimeError("tare refused: the robot moves, l_elbow at 0.30 rad/s")
+
+    def _param(self, action: str, name: str = "", value: float = 0.0) -> Any:
+        if action == "list":
+            return dict(self.settings)
+        if action == "save":
+            return {"file": "/state/x.yaml", "message": "saved in /state/x.yaml"}
+        self.settings[name] = value if action == "set" else 6.5
+        return self.settings[name]
 
     def _stop(self) -> str:
         self.holding = True
@@ -204,11 +218,46 @@ class Feeder:
     def contacts(self) -> Contacts:
         limbs = [subtree.name for subtree in self.robot.subtrees]
         quiet = {"state": "none", "probability": 0.01, "onset": 0, "force": 0.0}
+        quiet |= {"statistic": 1.5, "threshold": 6.5}
         flags = [{"limb": limb, **quiet} for limb in limbs]
         if self.push is None:
-            return Contacts(flags=flags, hypotheses=[], none_probability=0.99)
-        flags[self.robot.subtree_of(self.push["link"])] |= {"state": "contact", "probability": 0.9}
-        return Contacts(flags=flags, hypotheses=[self._hypothesis()], none_probability=0.1)
+            return Contacts(flags=flags, hypotheses=[], none_probability=0.99, body=quiet)
+        touched = {"state": "contact", "probability": 0.9, "statistic": 12.0}
+        flags[self.robot.subtree_of(self.push["link"])] |= touched
+        return Contacts(
+            flags=flags,
+            hypotheses=[self._hypothesis()],
+            none_probability=0.1,
+            body=quiet | touched,
+        )
+
+    def contact_map(self) -> ContactMap:
+        push = self.push
+        if push is None:
+            nothing = np.zeros((0, 3))
+            return ContactMap(
+                link=[],
+                count=[],
+                point=nothing,
+                probability=np.zeros(0),
+                limb=[],
+                line_point=nothing,
+                line_direction=nothing,
+            )
+        body = [body.name for body in self.surface.bodies].index(push["link"])
+        points = self.surface.points[self.surface.body == body]
+        distance = np.linalg.norm(points - np.array(push["point"]), axis=1)
+        likelihood = np.exp(-0.5 * (distance / 0.02) ** 2)
+        direction = np.array(push["force"]) / np.linalg.norm(push["force"])
+        return ContactMap(
+            link=[push["link"]],
+            count=[len(points)],
+            point=points,
+            probability=likelihood / likelihood.sum(),
+            limb=[self.robot.subtrees[self.robot.subtree_of(push["link"])].name],
+            line_point=np.array([[0.0, 0.2, 0.1]]),
+            line_direction=direction[None],
+        )
 
     def _hypothesis(self) -> dict[str, Any]:
         push = self.push or {}

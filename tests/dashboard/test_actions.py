@@ -4,6 +4,7 @@ from collections import deque
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bus import RpcAbsent, RpcError
@@ -13,6 +14,11 @@ from dashboard.config import DashboardConfig
 from dashboard.errands import Outcome
 from dashboard.html import RED
 from dashboard.panel import Click
+from dashboard.picking import Ray
+from dashboard.placement import Placement
+from robot_model import Robot
+
+SIGHT = np.array([0.0, -1.0, 0.0])  # of who clicks, world
 
 
 class Answers:
@@ -67,6 +73,37 @@ def test_push_asks_the_simulator_for_a_force_along_a_world_axis(actions, panel, 
 
 def test_push_without_a_simulator_says_so(actions, panel):
     assert "nobody answers on /icub/sim/rpc:i" in press(actions, panel, "push")
+
+
+def click_on_the_head(actions: Actions, panel: Any, robot: Robot, placement: Placement) -> None:
+    (head,) = (body for body in robot.load_surface().bodies if body.name == "head")
+    middle = placement.point("head", head.center)
+    panel.clicks.append(Click("poke", None, Ray(middle - 2.0 * SIGHT, SIGHT)))
+    actions.run()
+
+
+def test_click_on_the_robot_pushes_it_there_straight_inwards(
+    actions, panel, errands, robot, placement
+):
+    errands.answers["/icub/sim/rpc:i"] = {"push_id": 4, "start_stamp": 1}
+    click_on_the_head(actions, panel, robot, placement)
+    _, verb, push = errands.asked[0]
+    assert (verb, push["link"], push["frame"]) == ("push", "head", "link")
+    assert np.linalg.norm(push["force"]) == pytest.approx(12.0)
+    assert placement.vector("head", np.array(push["force"])) @ SIGHT > 6.0
+    assert "push 12 N on head where it was clicked: push_id 4" in panel.result.content
+
+
+def test_click_beside_the_robot_pushes_nothing(actions, panel, errands):
+    panel.clicks.append(Click("poke", None, Ray(np.full(3, 9.0), np.array([1.0, 0.0, 0.0]))))
+    actions.run()
+    assert not errands.asked
+    assert "nothing of the robot is there" in panel.result.content
+
+
+def test_click_on_a_robot_without_a_simulator_says_so(actions, panel, robot, placement):
+    click_on_the_head(actions, panel, robot, placement)
+    assert "no simulator to push: nobody answers on /icub/sim/rpc:i" in panel.result.content
 
 
 def test_refused_tare_is_shown_with_its_reason(actions, panel, errands):

@@ -17,6 +17,7 @@ def wrenches(**changes: Any) -> Any:
         "wrench": np.array([[0, 0, 150.0, 0, 0, 0], [0, 0, 12.0, 0, 0, 0]]),
         "valid": np.array([True, True]),
         "kind": ["support", "default"],
+        "decided": [],
     }
     return SimpleNamespace(**(values | changes))
 
@@ -34,14 +35,20 @@ def test_invalid_wrench_is_not_drawn(placement):
 
 def test_tip_of_the_arrow_is_the_point_and_its_length_the_scaled_force():
     force = Force(np.array([1.0, 2.0, 3.0]), 10.0 * UP, support=False)
-    (tail, tip) = segments([force], support=False, scale=0.01, hide_below=1.0)[0]
+    (tail, tip) = segments([force], scale=0.01, hide_below=1.0)[0]
     assert tip == pytest.approx([1.0, 2.0, 3.0])
     assert tip - tail == pytest.approx([0.0, 0.0, 0.1])
 
 
-def test_small_forces_and_forces_of_the_other_kind_are_left_out():
-    forces = [Force(np.zeros(3), 0.5 * UP, False), Force(np.zeros(3), 50.0 * UP, True)]
-    assert segments(forces, support=False, scale=0.01, hide_below=1.0).shape == (0, 2, 3)
+def test_small_forces_are_left_out():
+    forces = [Force(np.zeros(3), 0.5 * UP, False), Force(np.zeros(3), 50.0 * UP, False)]
+    assert segments(forces, scale=0.01, hide_below=1.0).shape == (1, 2, 3)
+
+
+def test_contact_that_the_data_leave_open_is_marked(placement):
+    marked = estimated_forces(wrenches(decided=[True, False]), placement)
+    assert [force.decided for force in marked] == [True, False]
+    assert all(force.decided for force in estimated_forces(wrenches(), placement))
 
 
 def test_true_push_keeps_its_world_axes_and_support_force_is_turned(placement):

@@ -8,19 +8,12 @@ import pytest
 
 from dashboard.chart import ResidualChart
 from dashboard.config import DashboardConfig
+from dashboard.likelihood import FAINT, drawn_parts
 from dashboard.robot_scene import BODY, STALE
-from dashboard.server import open_server
 from dashboard.snapshot import Snapshot
 from dashboard.view import View
-from robot_model.messages import Contacts, Residuals
+from robot_model.messages import ContactMap, Contacts, Residuals
 from tests.dashboard.feeder import Feeder, FeederConfig
-
-
-@pytest.fixture(scope="module")
-def server():
-    opened = open_server(DashboardConfig())
-    yield opened
-    opened.stop()
 
 
 @pytest.fixture
@@ -34,6 +27,7 @@ def known(robot) -> Snapshot:
     said = Feeder.silent(robot, FeederConfig())
     said.push = {"link": "l_forearm", "point": [0.0, 0.0, 0.1], "force": [20.0, 0.0, 0.0]}
     names = ("sensors", "base", "torques", "wrenches", "residuals", "contacts", "truth")
+    names += ("contact_map",)
     return Snapshot(**{name: getattr(said, name)() for name in names})
 
 
@@ -76,11 +70,67 @@ def test_touched_link_is_tinted_and_the_best_hypothesis_named(view, known):
 
 
 def test_hypotheses_go_when_the_contact_goes(view, known):
-    update(view, known)
+    update(view, replace(known, contact_map=None))
+    assert view._forces._hypotheses.visible and view._forces._label.visible
     update(view, replace(known, contacts=Contacts(flags=[], hypotheses=[])))
     assert not view._forces._hypotheses.visible
     assert not view._forces._label.visible
     assert not view._forces._best.visible
+
+
+def test_map_of_a_touch_is_coloured_dots_on_the_body_and_a_line(view, known):
+    update(view, known)
+    (cloud,) = view._likelihood._clouds.values()
+    assert cloud.visible and cloud.name.endswith("/l_forearm/likelihood")
+    assert 10 < len(cloud.points) < known.contact_map.count[0]
+    brightest = cloud.points[np.argmax(cloud.colors.sum(axis=1))]
+    assert brightest == pytest.approx(known.contacts.hypotheses[0]["point"], abs=0.06)
+    assert view._forces._lines.visible and view._forces._lines.points.shape == (1, 2, 3)
+    assert not view._forces._hypotheses.visible  # the map says more
+
+
+@pytest.mark.parametrize("what", ["contact_map", "contacts", "sensors"])
+def test_map_and_line_go_when_nothing_is_known_of_a_touch(view, known, what):
+    update(view, known)
+    update(view, replace(known, **{what: None}))
+    assert not any(cloud.visible for cloud in view._likelihood._clouds.values())
+    assert not view._forces._lines.visible
+
+
+def test_map_is_not_shown_while_no_limb_is_touched(view, known):
+    quiet = [flag | {"state": "none"} for flag in known.contacts.flags]
+    update(view, replace(known, contacts=Contacts(flags=quiet, hypotheses=[])))
+    assert not view._likelihood._clouds and not view._forces._lines.visible
+
+
+def test_brightness_falls_with_the_logarithm_and_the_improbable_is_not_drawn():
+    found = ContactMap(
+        link=["a", "b"],
+        count=[3, 1],
+        point=np.arange(12.0).reshape(4, 3),
+        probability=np.array([0.5, 0.5 * FAINT**0.5, 0.0, 0.1 * FAINT]),
+        limb=[],
+        line_point=np.zeros((0, 3)),
+        line_direction=np.zeros((0, 3)),
+    )
+    ((link, (points, brightness)),) = drawn_parts(found).items()
+    assert link == "a" and brightness == pytest.approx([1.0, 0.5])
+    assert points == pytest.approx(found.point[:2])
+    nothing = replace(found, link=[], count=[], point=np.zeros((0, 3)), probability=np.zeros(0))
+    assert drawn_parts(nothing) == {}
+
+
+def test_wrench_that_the_data_leave_open_is_grey_and_says_so(view, known):
+    said = known.wrenches
+    hand = len(said.frame) - 1
+    said.wrench[hand, :3] = [0.0, 0.0, 12.0]
+    decided = [i != hand for i in range(len(said.frame))]
+    update(view, replace(known, wrenches=replace(said, decided=decided)))
+    scene = view._forces
+    assert scene._undecided.visible and not scene._touches.visible
+    assert scene._open.visible and scene._open.text == "undecided"
+    update(view, known)
+    assert scene._touches.visible and not scene._undecided.visible and not scene._open.visible
 
 
 def test_truth_can_be_switched_off(view, known):
@@ -101,7 +151,7 @@ def test_camera_stands_where_the_configuration_says_in_the_bases_axes(view, know
 
 
 def test_chart_shows_the_classical_residual_while_only_that_is_valid(server, robot):
-    chart = ResidualChart(server.gui, robot, points=10)
+    chart = ResidualChart(server.gui, robot, points=10, seconds=1.0)
     n = robot.n
     pole = Residuals(
         internal=np.zeros(n),
@@ -122,7 +172,7 @@ def test_chart_shows_the_classical_residual_while_only_that_is_valid(server, rob
 
 
 def test_chart_leaves_a_gap_where_residuals_are_missing(server, robot, known):
-    chart = ResidualChart(server.gui, robot, points=10)
+    chart = ResidualChart(server.gui, robot, points=10, seconds=1.0)
     chart.add(0.0, known.residuals)
     chart.add(0.1, None)
     chart.draw()
@@ -130,7 +180,7 @@ def test_chart_leaves_a_gap_where_residuals_are_missing(server, robot, known):
 
 
 def test_chart_does_not_begin_with_a_gap(server, robot, known):
-    chart = ResidualChart(server.gui, robot, points=10)
+    chart = ResidualChart(server.gui, robot, points=10, seconds=1.0)
     for time, residuals in enumerate((None, known.residuals, known.residuals)):
         chart.add(float(time), residuals)
     chart.draw()

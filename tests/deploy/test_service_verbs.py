@@ -1,6 +1,7 @@
 """``param``, ``log``, ``clock``, ``terminate``, ``down``, ``connect``: asked of services."""
 
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +20,14 @@ def test_param_lists_gets_and_sets(verb):
     assert verb("param", "get", "toy", "rate") == (0, "200.0\n", "")
     assert verb("param", "set", "toy", "fail", "later").out == '"later"\n'
     assert verb("param", "set", "toy", "fail", "").status == 0
+
+
+def test_param_resets_to_the_configuration_and_saves_what_was_changed(verb):
+    verb("param", "set", "toy", "factor", "5")
+    [saved] = verb("param", "save", "toy", "--json").documents
+    assert "factor: 5" in Path(saved["file"]).read_text()
+    assert verb("param", "reset", "toy", "factor").status == 0
+    assert float(verb("param", "get", "toy", "factor").out) != 5.0
 
 
 def test_param_takes_a_negative_number_for_a_value(verb):

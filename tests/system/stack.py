@@ -162,6 +162,12 @@ class Stack:
 
     # -- what they say
 
+    def newest(self, key: str) -> Any:
+        """Return the newest message of a stream, None before the first."""
+        port = self._inputs[key]
+        port.newest()
+        return port.latest and port.latest.data
+
     def state(self, key: str) -> str:
         """Return ``valid``, ``silent``, or the reason why a stream is invalid."""
         port = self._inputs[key]
