@@ -81,7 +81,10 @@ def with_connection(verb: Callable[..., None]) -> Callable[..., None]:
 
 
 def on_the_bus(verb: Callable[..., None]) -> Callable[..., None]:
-    """Give a verb the connection flags; it is called with an open node as first argument."""
+    """Give a verb the connection flags; it is called with an open node as first argument.
+
+    The node takes names over when the verb has an option ``take_over`` that is set.
+    """
 
     @with_connection
     @wraps(verb)
@@ -89,7 +92,7 @@ def on_the_bus(verb: Callable[..., None]) -> Callable[..., None]:
         from bus import BusError  # the wire is not loaded for --help
         from deploy.session import open_bus
 
-        with open_bus(connection) as node:
+        with open_bus(connection, take_over=arguments.get("take_over", False)) as node:
             try:
                 verb(node, **arguments)
             except BusError:

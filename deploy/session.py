@@ -17,11 +17,14 @@ START = 30.0  # [s] for a hub of our own, on a busy machine
 
 
 @contextmanager
-def open_bus(connection: Connection, deadline: float = HUB_DEADLINE) -> Iterator[Node]:
+def open_bus(
+    connection: Connection, deadline: float = HUB_DEADLINE, take_over: bool = False
+) -> Iterator[Node]:
     """Open a node under a name of its own, see the hub, and close the node with the verb.
 
     Args:
         deadline: How long to wait for the hub [s].
+        take_over: Take names from those who have them, who then end.
 
     Raises:
         CommandError: Nobody answers at the hub's endpoint.
@@ -34,6 +37,7 @@ def open_bus(connection: Connection, deadline: float = HUB_DEADLINE) -> Iterator
         zenoh_config=connection.config,
         namespace=connection.namespace,
         insecure=connection.insecure,
+        take_over=take_over,
     ) as node:
         _meet_hub(node, deadline)
         yield node

@@ -24,19 +24,29 @@ class Writer:
     Args:
         port: An input (``:i``) that stands, or an output (``:o``) to be opened.
         type_of: The port whose type an output gets.
-        model: Hash of the joints' names that messages carry; None takes what the input tells.
+        model: Hash of the joints' names that messages carry; None takes what the port tells.
+        take_over: Whether an output may stand; its name is taken from who has it, who then ends.
 
     Raises:
         UsageError: The port cannot be written.
         NameTaken: Another process has taken the name meanwhile.
     """
 
-    def __init__(self, node: Node, port: str, type_of: str | None = None, model: str | None = None):
+    def __init__(
+        self,
+        node: Node,
+        port: str,
+        type_of: str | None = None,
+        model: str | None = None,
+        take_over: bool = False,
+    ):
         self._node, self._port = node, port
         if port.endswith(":o"):
-            _check_output(node, port, type_of)
+            _check_output(node, port, type_of, take_over)
+        elif take_over:
+            raise UsageError(f"--take-over takes the name of an output (:o), got {port}")
         self._info = describe(node, type_of or port)
-        if type_of is None and self._info["direction"] != "input":
+        if type_of is None and not take_over and self._info["direction"] != "input":
             raise UsageError(f"{port} is an output of {self._info['owner']['service']}")
         self._composer = Composer(self._info["type"], self._info["fields"])
         self._output = self._open(self._info.get("model", "") if model is None else model)
@@ -119,16 +129,16 @@ class Writer:
             )
 
 
-def _check_output(node: Node, port: str, type_of: str | None) -> None:
+def _check_output(node: Node, port: str, type_of: str | None, take_over: bool) -> None:
     standing = {entry["name"]: entry for entry in all_ports(node)}
-    if port in standing:
+    if port in standing and not take_over:
         owner = standing[port]["owner"]
         readers = ", ".join(_readers(node, port)) or "none at present"
         raise UsageError(
             f"{port} is written by {owner['service']} (host {owner['host']}, pid {owner['pid']});"
-            f" write onto an input instead (it is read by: {readers})"
+            f" write onto an input instead (it is read by: {readers}), or --take-over its name"
         )
-    if type_of is None:
+    if port not in standing and type_of is None:
         raise UsageError(f"{port} does not stand; to open it, say --type-of PORT")
 
 

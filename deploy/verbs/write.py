@@ -38,8 +38,13 @@ def write(
         float | None, typer.Option("-r", "--rate", min=0.001, help="Repeat MESSAGE [Hz].")
     ] = None,
     model: Annotated[str | None, typer.Option(metavar="HASH", help=MODEL_HELP)] = None,
+    take_over: Annotated[
+        bool, typer.Option("--take-over", help="Take an output's name from who has it; that ends.")
+    ] = False,
 ) -> None:
     """Write messages onto an input that stands, or onto a new output (--type-of).
+
+    With --take-over also onto an output that stands, in an epoch above its owner's.
 
     Each line of standard input is a message: a JSON object of its fields, or
     FIELD=VALUE ... with values in YAML. Exit status 1 when the input refuses any.
@@ -49,7 +54,7 @@ def write(
 
     if rate is not None and not message:
         raise UsageError("--rate repeats a MESSAGE; give one")
-    with Writer(node, port, type_of, model) as writer:
+    with Writer(node, port, type_of, model, take_over) as writer:
         if not message:
             _write_lines(node, writer)
             return

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from bus import Node
+from bus import NameTaken, Node
 from bus.testing import collect, eventually
 from tests.bus.messages import Number
 
@@ -103,3 +103,25 @@ def test_what_an_input_refuses_is_told(verb, choosy):
 
 def test_a_model_may_be_given_for_an_input_that_asks_for_it(verb, choosy):
     assert verb("write", choosy, "value=1", "--model", "01234567") == (0, "", "")
+
+
+def test_an_output_that_stands_is_taken_over_in_a_higher_epoch(verb, toy_bus):
+    with (
+        Node("owner", connect=toy_bus, signals=False) as owner,
+        Node("friend", connect=toy_bus, signals=False) as friend,
+    ):
+        out = owner.output("/taken:o", Number)
+        entry = friend.input("/friend/in:i", Number, source="/taken:o", depth=16)
+        owner.ready()
+        friend.ready()
+        assert verb("write", "/taken:o", "value=7", "--take-over") == (0, "", "")
+        [received] = collect(friend, entry, 1)
+        assert received.data.value == 7.0 and received.envelope.epoch == 1
+        with pytest.raises(NameTaken, match="lost /taken:o: .* taken by wrenchbus-"):
+            eventually(lambda: owner.wait(0.05) and False)
+        assert not out.standing
+
+
+def test_only_an_output_is_taken_over(verb):
+    result = verb("write", IN, "value=1", "--take-over")
+    assert result.status == 2 and "takes the name of an output (:o), got /toy/in:i" in result.err
