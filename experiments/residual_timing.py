@@ -55,7 +55,7 @@ def _floating(model: pin.Model) -> Step:
     def step(q: Array, v: Array) -> object:
         mass = pin.crba(model, data, q, pin.Convention.WORLD)
         coriolis = pin.computeCoriolisMatrix(model, data, q, v)
-        return floating_terms(mass, coriolis, v, force)
+        return floating_terms(mass, coriolis, v, force, force)
 
     return step
 
