@@ -95,6 +95,8 @@ def _run(
     from experiments.catalogue import require, run_experiment
     from robot_model import DescriptionError, load_robot
 
+    if runs == 0 and not options.get("hours"):
+        raise UsageError("--runs 0 leaves nothing to do; touch takes --hours of free motion")
     try:
         if require(name) == "touch":
             options = options | {"folder": output, "progress": _show}
