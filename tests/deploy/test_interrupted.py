@@ -9,6 +9,8 @@ import pytest
 PROGRAM = """
 import importlib.abc, signal, sys
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs in the background ignore it
+
 class Interrupting(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
         if name == {module!r}:
