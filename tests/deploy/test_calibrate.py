@@ -1,16 +1,12 @@
 """``wrenchbus calibrate contacts``: what is asked of whom, and when the robot moves."""
 
-import threading
-from contextlib import contextmanager
-
 import pytest
 
-from bus import Node
+from tests.deploy.answering import answering
 
 ANSWER = {"date": "2026-01-01", "message": "calibrated: 2026-01-01"}
 
 
-@contextmanager
 def services(bus, asked):
     """A contact detector and a simulated robot that only note what is asked of them."""
 
@@ -22,23 +18,11 @@ def services(bus, asked):
         return handle
 
     detector = ("tare", "calibrate", "calibrations", "use_calibration", "forget_calibration")
-    ended = threading.Event()
-    with Node("contact_detector", connect=bus, signals=False) as node:
-        node.rpc("/contact_detector/rpc:i", {verb: note(verb) for verb in detector})
-        node.rpc("/icub/sim/rpc:i", {"motion": note("motion")})
-        node.ready()
-        thread = threading.Thread(target=lambda: spin(node, ended))
-        thread.start()
-        try:
-            yield
-        finally:
-            ended.set()
-            thread.join()
-
-
-def spin(node, ended):
-    while not ended.is_set():
-        node.wait(0.02)
+    ports = {
+        "/contact_detector/rpc:i": {verb: note(verb) for verb in detector},
+        "/icub/sim/rpc:i": {"motion": note("motion")},
+    }
+    return answering(bus, "contact_detector", ports)
 
 
 def test_the_robot_rests_then_moves_while_the_detector_records(verb, toy_bus):

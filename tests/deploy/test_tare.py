@@ -1,16 +1,12 @@
 """``wrenchbus tare``: what is asked of whom."""
 
-import threading
-from contextlib import contextmanager
-
 import pytest
 
-from bus import Node
+from tests.deploy.answering import answering
 
 TARES = {"file": "/state/icub.json", "in_use": "", "tares": [], "message": "no tare is stored"}
 
 
-@contextmanager
 def observer(bus, asked):
     """A torque observer that only notes what is asked of it."""
 
@@ -27,22 +23,7 @@ def observer(bus, asked):
         "use_tare": note("use_tare", {"message": "in use: 2026-01-01"}),
         "revert_tare": note("revert_tare", {"message": "back to no offsets"}),
     }
-    ended = threading.Event()
-    with Node("torque_observer", connect=bus, signals=False) as node:
-        node.rpc("/torque_observer/rpc:i", verbs)
-        node.ready()
-        thread = threading.Thread(target=lambda: spin(node, ended))
-        thread.start()
-        try:
-            yield
-        finally:
-            ended.set()
-            thread.join()
-
-
-def spin(node, ended):
-    while not ended.is_set():
-        node.wait(0.02)
+    return answering(bus, "torque_observer", {"/torque_observer/rpc:i": verbs})
 
 
 def test_tare_lists_chooses_and_reverts_what_the_observer_stores(verb, toy_bus):
