@@ -7,6 +7,7 @@ sensors cannot decide is told beside them.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -153,16 +154,16 @@ class ContactWrenches:
         c = len(placements)
         points = np.array([p.translation for p in placements]).reshape(c, 3)
         self.maps = np.array([p.toDualActionMatrix() for p in placements]).reshape(c, 6, 6)
-        self._wide = self.maps.transpose(1, 0, 2).reshape(6, 6 * c)
+        wide = self.maps.transpose(1, 0, 2).reshape(6, 6 * c)
         self._known = pattern.known
-        self._net_known = self._wide @ pattern.known.ravel()
-        self._factorise(pattern, _error(pattern.middle @ points, pattern.scale))
+        self._net_known = wide @ pattern.known.ravel()
+        error = _error(pattern.middle @ points, pattern.scale)
+        self._factorise(pattern, wide @ pattern.pushes, error)
 
-    def _factorise(self, pattern: ContactPattern, error: Array) -> None:
-        """Solve for x, in units: contact wrenches are ``pushes`` (6 c, u) @ x."""
+    def _factorise(self, pattern: ContactPattern, net: Array, error: Array) -> None:
+        """Solve for x, in units: wrenches are ``pushes`` (6 c, u) @ x, their sum ``net`` @ x."""
         pushes = pattern.pushes
         self.unknowns = u = pushes.shape[1]
-        net = self._wide @ pushes
         left, values, right = np.linalg.svd(error @ net, full_matrices=u > 6)
         bound = pattern.tolerance * values[0] if u else 0.0
         self.rank = rank = int(np.count_nonzero(values > bound))
@@ -174,6 +175,16 @@ class ContactWrenches:
         if u > rank:
             self.undecided = (right[rank:] @ pushes.T).reshape(u - rank, -1, 6)
             self.decided = np.abs(self.undecided).max(axis=(0, 2)) < pattern.negligible
+
+    def carried(self, to_m_here: pin.SE3) -> "ContactWrenches":
+        """Return the same for net wrenches in another frame, to which the contacts are fixed."""
+        forward, back = to_m_here.toDualActionMatrix(), to_m_here.inverse().toDualActionMatrix()
+        moved = copy(self)
+        moved.maps, moved.gain = forward @ self.maps, self.gain @ back
+        moved._net_known = forward @ self._net_known
+        if self._unexplained is not None:
+            moved._unexplained = forward @ self._unexplained @ back
+        return moved
 
     def solve(self, net_wrench: Array) -> SharedWrench:
         """Share a net wrench (6,) of the world on the sub-tree; N, N m."""

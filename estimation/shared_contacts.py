@@ -46,12 +46,21 @@ class SharedSubtree:
         below = graph.below([joint for joint, _ in self._places])
         self._below = np.where(inside[:, None], below.reshape(len(inside), -1), 0.0)
         self._leaf_below = np.where(inside, graph.contact_below[:, row], 0.0)
+        joints = {joint for joint, _ in self._places}
+        self._body = joints.pop() if len(joints) == 1 else None  # that bears all of them
+        self.rigid = None  # what does not change with the posture, if they share a body
+        if self._body is not None:
+            self.rigid = self._pattern.at([place for _, place in self._places])
 
     def at(self, data: pin.Data) -> "Shares":
         """Return how they share a net wrench at the posture of Pinocchio's data."""
         placements = data.oMi
-        placed = [placements[joint] * place for joint, place in self._places]
-        return Shares(self._pattern.at(placed), self._below, self._leaf_below)
+        if self.rigid is not None:
+            solution = self.rigid.carried(placements[self._body])
+        else:
+            placed = [placements[joint] * place for joint, place in self._places]
+            solution = self._pattern.at(placed)
+        return Shares(solution, self._below, self._leaf_below)
 
     def about_default_frame(self, wrench: Array, data: pin.Data) -> Array:
         """Return a wrench (6,) about the root, about the sub-tree's default frame."""
@@ -79,12 +88,14 @@ class Shares:
         return (below - np.multiply.outer(self._leaf_below, net.ravel())).reshape(-1, *net.shape)
 
 
-def decision(s: int, c: int, shared: Sequence[SharedSubtree], solved: Sequence[Shares]) -> Decision:
+def decision(
+    s: int, c: int, shared: Sequence[SharedSubtree], solved: Sequence[ContactWrenches]
+) -> Decision:
     """Put together what s sub-trees with c contacts say; one full wrench is always decided."""
     rank, condition, decided = np.full(s, 6.0), np.ones(s), np.ones(c, dtype=bool)
-    patterns = np.zeros((sum(len(one.solution.undecided) for one in solved), c, 6))
+    patterns = np.zeros((sum(len(solution.undecided) for solution in solved), c, 6))
     start = 0
-    for subtree, solution in zip(shared, (one.solution for one in solved), strict=True):
+    for subtree, solution in zip(shared, solved, strict=True):
         rank[subtree.row], condition[subtree.row] = solution.rank, solution.condition
         decided[subtree.rows] = solution.decided
         end = start + len(solution.undecided)

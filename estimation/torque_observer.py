@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from estimation.contact_set import AnyTouch, Contact, contact_set, net_contacts, shared_subtrees
+from estimation.contact_wrenches import ContactWrenches
 from estimation.oriented_graph import OrientedGraph
 from estimation.shared_contacts import Decision, SharedSubtree, decision
 from estimation.wrench_balance import WrenchBalance
@@ -137,8 +138,11 @@ class TorqueObserver:
             if shares.solution.rank < 6:
                 left = subtree.about_default_frame(result.residual, self._data)
                 unexplained[subtree.row] = left
-        decided = decision(len(net.wrench), len(wrench), self.shared, solved)
+        decided = self._decision or self._decide([shares.solution for shares in solved])
         return replace(net, torque=torque, wrench=wrench, unexplained=unexplained, decision=decided)
+
+    def _decide(self, solved: list[ContactWrenches]) -> Decision:
+        return decision(len(self.robot.subtrees), len(self.contacts), self.shared, solved)
 
     def _about_default_frames(self, wrench: np.ndarray, external_imu: np.ndarray) -> np.ndarray:
         """Shift the wrenches of those sub-trees whose contact is not at the default frame."""
@@ -176,5 +180,7 @@ class TorqueObserver:
             SharedSubtree(self.graph, row, some, subtrees.index(row) if some else 0)
             for row, some in shared.items()
         ]
+        rigid = [subtree.rigid for subtree in self.shared if subtree.rigid is not None]
+        self._decision = self._decide(rigid) if len(rigid) == len(self.shared) else None
         self.lone_rows = [i for i, row in enumerate(subtrees) if row not in shared]
         self.lone_subtrees = [subtrees[i] for i in self.lone_rows]

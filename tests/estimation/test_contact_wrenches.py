@@ -175,10 +175,11 @@ def test_the_answer_depends_on_neither_order_nor_frame(kinds, seed):
     np.testing.assert_array_equal(mixed.decided, here.decided[order])
     move = pin.SE3(pin.exp3(rng.normal(size=3)), rng.normal(size=3))
     elsewhere = [ContactUnknown(move * c.placement, c.free, c.known) for c in contacts]
-    moved = contact_wrenches(elsewhere).solve(move.act(pin.Force(net)).vector)
-    np.testing.assert_allclose(moved.wrench, shared.wrench, atol=scale)
-    residual = move.actInv(pin.Force(moved.residual)).vector
-    np.testing.assert_allclose(residual, shared.residual, atol=scale)
+    for system in contact_wrenches(elsewhere), here.carried(move):
+        moved = system.solve(move.act(pin.Force(net)).vector)
+        np.testing.assert_allclose(moved.wrench, shared.wrench, atol=scale)
+        residual = move.actInv(pin.Force(moved.residual)).vector
+        np.testing.assert_allclose(residual, shared.residual, atol=scale)
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
@@ -212,6 +213,18 @@ def test_the_gain_carries_a_change_of_the_net_wrench():
     net, change = rng.normal(size=(2, 6))
     moved = system.solve(net + change).wrench - system.solve(net).wrench
     np.testing.assert_allclose(moved, system.gain @ change, atol=1e-12)
+
+
+def test_contacts_that_are_carried_are_those_found_there():
+    rng = np.random.default_rng(5)
+    contacts = [random_contact(kind, rng) for kind in KINDS[:2]]
+    move = pin.SE3(pin.exp3(rng.normal(size=3)), rng.normal(size=3))
+    there = contact_wrenches(
+        [ContactUnknown(move * c.placement, c.free, c.known) for c in contacts]
+    )
+    carried = contact_wrenches(contacts).carried(move)
+    for name in "maps", "gain":
+        np.testing.assert_allclose(getattr(carried, name), getattr(there, name), atol=1e-9)
 
 
 @pytest.mark.parametrize(
