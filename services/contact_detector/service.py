@@ -1,30 +1,27 @@
 """The contact detector: sensor frames in, residuals and contacts out."""
 
-import time
 from typing import Any
 
 import numpy as np
 
 from bus import Node, Pending, Received
+from bus.envelope import Envelope
 from bus.lockstep import Join
+from bus.paced import WAIT, Complaint
 from bus.rhythm import Rhythm
 from estimation.contact.contact_detector import ContactDetector
 from estimation.contact.limb_monitor import LimbFlag
 from estimation.contact.localisation import NOWHERE, Localisation
-from estimation.contact.touch_points import TouchPoints
 from estimation.offline.log_attitude import upward
 from estimation.residual.residual_bank import ResidualBank
 from robot_model import Robot, load_robot, ports
-from robot_model.messages import BaseState, ContactPoints, Contacts, Residuals, SensorFrame
+from robot_model.messages import BaseState, SensorFrame
 from services.contact_detector.calibrations import Calibrations
 from services.contact_detector.config import ContactDetectorConfig
-from services.contact_detector.map_output import MapOutput
-from services.contact_detector.messages import contacts_message, points_message
+from services.contact_detector.outputs import Outputs
 from services.contact_detector.taring import Taring
 
-WAIT = 0.01  # s; silence is looked at this often in lockstep, where frames wake this loop
 UNREAD = 20_000_000  # ns between residuals that nobody reads, so that they are there at once
-COMPLAINT = 0.02  # s between messages while the input is silent
 
 
 def main(node: Node, config: ContactDetectorConfig) -> None:
@@ -45,11 +42,10 @@ class ContactService:
         self._stamp: int | None = None
         self._next = self._next_location = self._evaluated = 0  # stamps, ns
         self._rhythm, self._found = Rhythm(1.0 / config.rate), False
-        self._complained = 0.0
+        self._complaint = Complaint(self._complain)
         self._up_base: np.ndarray | None = None
         self._flags: list[LimbFlag] = []
         self._located: Localisation = NOWHERE
-        self._places, self._next_places = TouchPoints(robot), 0
         node.verb("tare", self._tare, help="take what the resting robot shows for zero {seconds}")
         node.verb("calibrate", self._calibrate, help="learn from a motion untouched {seconds}")
         node.verb("calibrations", self._listed, help="list stored calibrations")
@@ -79,17 +75,7 @@ class ContactService:
             polled=not self._config.lockstep,
         )
         self._join = Join(node, [self._base])
-        rate = self._config.rate
-        self._residuals = node.output(
-            ports.name("residuals", robot), Residuals, rate=rate, **common
-        )
-        self._contacts = node.output(
-            ports.name("contacts", robot), Contacts, rate=rate, model=robot.model_hash
-        )
-        self._map = MapOutput(node, robot, self._config.locate_rate)
-        self._points = node.output(
-            ports.name("touch_points", robot), ContactPoints, rate=self._config.locate_rate
-        )
+        self._outputs = Outputs(node, robot, self._config)
 
     def _source(self, key: str) -> str:
         return self._config.inputs.get(key, ports.name(key, self._robot))
@@ -117,7 +103,7 @@ class ContactService:
             if self._config.lockstep:
                 self._node.acknowledge(received.envelope.stamp)
         if not self._sensors.fresh:
-            self._complain(self._sensors.reason)
+            self._complaint.make(self._sensors.reason)
 
     @property
     def latest(self) -> Received | None:
@@ -132,7 +118,7 @@ class ContactService:
     def _take(self, received: Received) -> None:
         frame, envelope = received.data, received.envelope
         if not envelope.valid:
-            self._complain(envelope.reason or "the sensor frame is invalid")
+            self._complaint.make(envelope.reason or "the sensor frame is invalid")
             return
         stamp = envelope.stamp
         if self._config.lockstep and self._config.support != "floor":
@@ -147,12 +133,11 @@ class ContactService:
             period = round(1e9 / self._config.rate)
             self._next = max(self._next + period, stamp + period // 2)
             self._detect(frame, stamp)
-            self._publish(received)
-            self._tell_places(received)
+            self._publish(envelope)
 
     def _is_residual_due(self, stamp: int) -> bool:
         """Forces are integrated at every sample, momenta are computed where somebody looks."""
-        read = self.busy or self._residuals.wanted(stamp)
+        read = self.busy or self._outputs.wants_residuals(stamp)
         if not read and 0 <= stamp - self._evaluated < UNREAD:
             return False
         self._evaluated = stamp
@@ -162,8 +147,8 @@ class ContactService:
         """The stamps jumped back: what was remembered belongs to another run."""
         self.detector.reset()
         self._bank.reset()
-        self._next = self._next_location = self._next_places = 0
-        self._map.restart()
+        self._next = self._next_location = 0
+        self._outputs.restart()
         self._located = NOWHERE
 
     def _look_up(self) -> np.ndarray | None:
@@ -184,32 +169,13 @@ class ContactService:
             self._located = self.detector.locate(frame)
             self._next_location = stamp + round(1e9 / self._config.locate_rate)
 
-    def _publish(self, received: Received) -> None:
-        bank, like = self._bank, received.envelope
-        if self._residuals.wanted(like.stamp, bank.valid):
-            self._residuals.write(bank.message(), like=like, valid=bank.valid, reason=bank.reason)
-        reason = self._doubt()
-        self._map.publish(self.detector.locator, like, reason)
-        if not self._contacts.wanted(like.stamp, not reason):
-            return
-        if reason:
-            self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
-        else:
-            self._contacts.write(self._message(), like=like)
-
-    def _message(self) -> Contacts:
-        return contacts_message(self._flags, self._located, self.detector.body)
-
-    def _tell_places(self, received: Received) -> None:
-        """Tell where forces act, whether or not that is new: who has just come needs it too."""
-        like = received.envelope
-        if like.stamp < self._next_places or not self._config.tell_points:
-            return
-        self._next_places = like.stamp + round(1e9 / self._config.locate_rate)
-        reason = self._doubt()
-        touched = [] if reason else self.detector.touched
-        places = self._places.update(touched, self._located)
-        self._points.write(points_message(places), like=like, valid=not reason, reason=reason)
+    def _publish(self, like: Envelope) -> None:
+        doubt, config, outputs = self._doubt(), self._config, self._outputs
+        outputs.residuals(self._bank, like)
+        outputs.contacts(self.detector, self._flags, self._located, like, doubt)
+        if config.tell_points:
+            period = round(1e9 / config.locate_rate)
+            outputs.places(self.detector.touched, self._located, period, like, doubt)
 
     def _doubt(self) -> str:
         """Why nothing is said about contacts."""
@@ -219,24 +185,10 @@ class ContactService:
         return "" if judged else next((flag.reason for flag in self._flags), "no sample")
 
     def _complain(self, reason: str) -> None:
-        """Say at 50 Hz that nothing is known, with the last stamp."""
-        now = time.monotonic()
-        if now - self._complained < COMPLAINT:
-            return
-        self._complained = now
-        latest = self._sensors.latest
+        """Say that nothing is known, with the last stamp."""
+        latest, tells = self._sensors.latest, self._config.tell_points
         like = latest.envelope if latest is not None else None
-        silent = self._bank.silent_message()
-        self._residuals.write(silent, like=like, valid=False, reason=reason)
-        self._contacts.write(self._nothing(reason), like=like, valid=False, reason=reason)
-        self._map.complain(like, reason)
-        if self._config.tell_points:
-            self._points.write(points_message([]), like=like, valid=False, reason=reason)
-
-    def _nothing(self, reason: str) -> Contacts:
-        limbs = self.detector.monitor.limbs
-        flags = [LimbFlag(limb, "none", 0.0, 0, 0.0, False, reason) for limb in limbs]
-        return contacts_message(flags, NOWHERE)
+        self._outputs.complain(self.detector, self._bank, tells, like, reason)
 
     def _tare(self, seconds: float = 1.0) -> Pending:
         return self._taring.request(seconds, self._taring.tare)
