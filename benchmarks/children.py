@@ -1,7 +1,6 @@
 """Processes of a benchmark, which end with it."""
 
 import json
-import os
 import subprocess
 import sys
 import time
@@ -13,6 +12,8 @@ from typing import Any
 
 import psutil
 
+from bus.child import command
+
 PATIENCE = 180.0  # s
 REPORT = 0.5  # s between reports
 
@@ -22,8 +23,8 @@ class Child:
 
     def __init__(self, module: str, *arguments: str, priority: str = "0"):
         self._name = " ".join((module, *arguments))
-        binding = [sys.executable, "-m", "bus.child", str(os.getpid()), priority]
-        self.popen = subprocess.Popen([*binding, module, *arguments], stdout=subprocess.PIPE)
+        run = command(module, *arguments, priority=priority)
+        self.popen = subprocess.Popen(run, stdout=subprocess.PIPE)
         self.pid = self.popen.pid
         self._told: SimpleQueue[str | None] = SimpleQueue()
         Thread(target=self._listen, daemon=True).start()

@@ -1,7 +1,7 @@
 """Runs a module as ``python -m`` would, bound to the life of its parent.
 
-Usage: ``python -m bus.child PARENT_PID PRIORITY MODULE [ARGUMENT ...]``; the priority is a
-niceness, or ``realtime``.
+It finds the packages that its parent has. The working directory comes last: a folder there
+that is called ``bus`` or ``services`` is not taken for ours.
 """
 
 import ctypes
@@ -10,8 +10,23 @@ import runpy
 import signal
 import sys
 from contextlib import suppress
+from pathlib import Path
 
 PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
+ROOT = Path(__file__).resolve().parents[1]
+UNBOUND = "0"  # instead of a parent's number
+
+
+def command(module: str, *arguments: str, priority: str = "0", bound: bool = True) -> list[str]:
+    """Return the command that runs a module with the packages of this process.
+
+    Args:
+        module, arguments: As of ``python -m``.
+        priority: A niceness, or ``realtime``.
+        bound: Whether it dies with this process.
+    """
+    parent = str(os.getpid()) if bound else UNBOUND
+    return [sys.executable, "-P", __file__, parent, priority, module, *arguments]
 
 
 def die_with(parent: int) -> None:
@@ -34,8 +49,10 @@ def take(priority: str) -> None:
 def main() -> None:
     """Bind to the parent, take the priority, become the module."""
     parent, priority, module, *arguments = sys.argv[1:]
-    die_with(int(parent))
+    if parent != UNBOUND:
+        die_with(int(parent))
     take(priority)  # before any thread exists: threads inherit it
+    sys.path += [str(ROOT), os.getcwd()]
     sys.argv = [module, *arguments]
     runpy.run_module(module, run_name="__main__", alter_sys=True)
 

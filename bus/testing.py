@@ -10,7 +10,6 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Generator, Iterator
@@ -19,6 +18,7 @@ from typing import Any, TypeVar
 
 import pytest
 
+from bus.child import command
 from bus.envelope import Received
 from bus.input import Input
 from bus.introspection import wait_for_port, wait_for_service
@@ -71,7 +71,7 @@ class Process:
         self.name = module
         self._log = tempfile.TemporaryFile()
         self.popen = subprocess.Popen(
-            [sys.executable, "-m", "bus.child", str(os.getpid()), "0", module, *arguments],
+            command(module, *arguments),
             stdout=self._log,
             stderr=self._log,
             stdin=subprocess.DEVNULL,

@@ -2,12 +2,12 @@
 
 import os
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from bus import Node, runtime_directory
+from bus.child import command
 from deploy.errors import CommandError
 from deploy.launcher.endpoints import with_free_port
 from deploy.options import Connection
@@ -72,10 +72,8 @@ def is_told(connection: Connection) -> bool:
 @contextmanager
 def _own_hub() -> Iterator[str]:
     endpoint = with_free_port("tcp/127.0.0.1:0")
-    arguments = ["-m", "bus.child", str(os.getpid()), "0", "bus.hub", "--no-announce"]
-    process = subprocess.Popen(
-        [sys.executable, *arguments, "--settle", "0", "--listen", endpoint], start_new_session=True
-    )
+    arguments = ["--no-announce", "--settle", "0", "--listen", endpoint]
+    process = subprocess.Popen(command("bus.hub", *arguments), start_new_session=True)
     try:
         yield endpoint
     finally:

@@ -1,14 +1,13 @@
 """Round trips through the bus and through Zenoh alone, by turns in the same two processes."""
 
-import os
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from bus import Node
+from bus.child import command
 from deploy.distribution import distribution, quantile
 from deploy.latency.askers import Asker, PortAsker, RawAsker
 
@@ -61,9 +60,9 @@ def _summary(trips: list[float | None]) -> dict[str, Any]:
 @contextmanager
 def _echo(node: Node) -> Iterator[None]:
     """Run the other process."""
-    arguments = ["-m", "bus.child", str(os.getpid()), "0", "deploy.latency.echo"]
-    arguments += ["--connect", node.endpoint, "--namespace", node.namespace, "--asker", node.name]
-    process = subprocess.Popen([sys.executable, *arguments], start_new_session=True)
+    where = ["--connect", node.endpoint, "--namespace", node.namespace, "--asker", node.name]
+    echo = command("deploy.latency.echo", *where)
+    process = subprocess.Popen(echo, start_new_session=True)
     try:
         yield
     finally:

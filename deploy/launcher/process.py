@@ -3,10 +3,10 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 from typing import Any
 
+from bus.child import command
 from deploy.launcher.logs import Log
 from deploy.launcher.parts import Restart
 
@@ -57,9 +57,8 @@ class Process:
 
     def start(self) -> None:
         """Start the child; what it prints goes to the log under its name."""
-        command = [sys.executable, "-m", "bus.child", str(os.getpid()), self.priority]
         self._child = subprocess.Popen(
-            command + self.arguments,
+            command(*self.arguments, priority=self.priority),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

@@ -72,6 +72,8 @@ def run_service(
     ] = None,
 ) -> None:
     """Run one service in the foreground."""
+    from bus.child import command
+
     flags = {"--name": name, "--params": params, "--connect": connection.connect}
     flags |= {"--listen": connection.listen, "--config": connection.config}
     flags |= {"--namespace": connection.namespace}
@@ -80,7 +82,7 @@ def run_service(
         arguments += ["--set", setting]
     if connection.insecure:
         arguments.append("--insecure")
-    os.execv(sys.executable, [sys.executable, "-m", module_of(service), *arguments])
+    os.execv(sys.executable, command(module_of(service), *arguments, bound=False))
 
 
 def module_of(service: str) -> str:
