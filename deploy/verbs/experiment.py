@@ -54,6 +54,10 @@ def experiment(
         float | None, typer.Option(min=0.0, help="touch: hours of contact-free motion as well.")
     ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="touch: processes side by side.")] = None,
+    index: Annotated[
+        int | None,
+        typer.Option("--draw", min=0, help="touch: repeat the run of this index, with a picture."),
+    ] = None,
 ) -> None:
     """Repeat an experiment of the papers in simulation; prints how far estimates are off.
 
@@ -72,6 +76,7 @@ def experiment(
         "methods": method,
         "hours": hours,
         "jobs": jobs,
+        "draw": index,
     }
     options = {key: value for key, value in given.items() if value not in (None, [])}
     report = _run(name, robot, seed, runs, options, output)

@@ -5,6 +5,7 @@ from itertools import product
 from pathlib import Path
 
 from experiments.report import Report, csv_text, markdown_table, text_table
+from experiments.touch import picture
 from experiments.touch.conditions import (
     METHODS,
     PHYSICS,
@@ -33,6 +34,7 @@ def run(
     methods: Sequence[str] = ("surface",),
     hours: float = 0.0,
     jobs: int = 1,
+    draw: int | None = None,
     folder: Path | None = None,
     progress: Progress | None = None,
 ) -> Report:
@@ -49,6 +51,8 @@ def run(
         methods: How touches are located.
         hours: Of contact-free motion in each condition.
         jobs: Processes side by side.
+        draw: Index of one run, which is repeated and drawn, under the last condition; no
+            other is made.
         folder: Where results are kept; those that are there are not repeated, and the
             report is of all that are.
         progress: Told after every run.
@@ -60,6 +64,9 @@ def run(
     checked("physics", [physics], PHYSICS)
     checked("method", methods, METHODS)
     checked("variant", variants, tuple(VARIANTS))
+    if draw is not None:
+        item = _pushes(seed, draw + 1, physics, profiles, variants, methods)[-1]
+        return picture.draw(robot, seed, draw, item.condition)
     items = _pushes(seed, runs, physics, profiles, variants, methods)
     items += _contact_free(seed, hours, physics, profiles, variants)
     store = Store(folder)

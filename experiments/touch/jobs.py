@@ -34,7 +34,7 @@ class Runner:
             contacts = VARIANTS[condition.variant].contacts
             case = pushed_case(self._generator, robot, seed, index, contacts)
             score = asdict(push_score(robot, WatchedRobot(robot, case, condition), case))
-        return {name: _rounded(value) for name, value in score.items()}
+        return {name: rounded(value) for name, value in score.items()}
 
 
 def performed(robot: Robot, items: Sequence[Item], jobs: int) -> Iterator[tuple[Item, Record]]:
@@ -60,10 +60,10 @@ def _perform(item: Item) -> tuple[Item, Record]:
     return item, _runner.perform(item)
 
 
-def _rounded(value: Any) -> Any:
+def rounded(value: Any) -> Any:
     """Numbers with six digits, and null for those that are not finite."""
     if isinstance(value, tuple | list):
-        return [_rounded(entry) for entry in value]
+        return [rounded(entry) for entry in value]
     if isinstance(value, float):
         return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
     return value

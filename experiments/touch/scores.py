@@ -60,8 +60,22 @@ class Moment(NamedTuple):
     elapsed: float  # s since the push began
 
 
+class Course(NamedTuple):
+    """What was seen of a push."""
+
+    before: list[Sight]
+    seen: list[Sight]  # from its start on
+    start: int  # stamp of its first tick, ns
+    moment: Moment | None  # that is judged: the end of the hold, of a tap its largest force
+
+
 def push_score(robot: Robot, watched: WatchedRobot, case: Case) -> TouchScore:
     """Let a robot move, push it, and return how that was seen."""
+    return judged(robot, watched, case, pushed(watched, case))
+
+
+def pushed(watched: WatchedRobot, case: Case) -> Course:
+    """Let a robot move, push it, and return what was seen; a tap is over then."""
     before = watched.start_motion()
     start = watched.plant.time + 1_000_000  # a push acts from the next tick on
     for push in case.pushes:
@@ -69,14 +83,12 @@ def push_score(robot: Robot, watched: WatchedRobot, case: Case) -> TouchScore:
         watched.plant.push(push.link, push.point, push.force, profile=push.shape.profile, **shape)
     seen = watched.watch(case.pushes[0].length, locate=True)
     held = None if case.pushes[0].kind == "tap" else watched.locate()
-    end = watched.plant.time
-    if held is None:
-        watched.plant.release()
-        seen += watched.watch(LINGER, locate=True)
-    moment = _best(seen, start, watched.delay)
     if held is not None:
-        moment = Moment(held, (end - start) * 1e-9 - watched.delay)
-    return _judged(robot, watched, case, before, seen, start, moment)
+        elapsed = (watched.plant.time - start) * 1e-9 - watched.delay
+        return Course(before, seen, start, Moment(held, elapsed))
+    watched.plant.release()
+    seen += watched.watch(LINGER, locate=True)
+    return Course(before, seen, start, _best(seen, start, watched.delay))
 
 
 def _best(seen: list[Sight], start: int, delay: float) -> Moment | None:
@@ -89,15 +101,9 @@ def _best(seen: list[Sight], start: int, delay: float) -> Moment | None:
     return Moment(best.located, (best.stamp - start) * 1e-9 - delay)
 
 
-def _judged(
-    robot: Robot,
-    watched: WatchedRobot,
-    case: Case,
-    before: list[Sight],
-    seen: list[Sight],
-    start: int,
-    moment: Moment | None,
-) -> TouchScore:
+def judged(robot: Robot, watched: WatchedRobot, case: Case, course: Course) -> TouchScore:
+    """Return how well a push was seen."""
+    before, seen, start, moment = course
     pushes = case.pushes
     subtrees = tuple(robot.subtrees[robot.subtree_of(push.link)].name for push in pushes)
     flagged = tuple(dict.fromkeys(limb for sight in seen for limb in sight.touched))

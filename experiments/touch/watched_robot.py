@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from estimation.contact.contact_detector import ContactDetector, DetectorSettings
+from estimation.contact.limb_monitor import LimbFlag
 from estimation.contact.localisation import Localisation
 from estimation.contact.quiet_period import Quiet, QuietPeriod
 from estimation.contact.row_covariance import RowNoise
@@ -70,6 +71,8 @@ class WatchedRobot:
         condition: Physics, noise, errors and method.
     """
 
+    flags: list[LimbFlag]  # of the last sample
+
     def __init__(self, robot: Robot, case: Case, condition: Condition):
         self.robot, self.case = robot, case
         self.variant = VARIANTS[condition.variant]
@@ -125,7 +128,7 @@ class WatchedRobot:
 
     def _look(self, locate: bool) -> Sight:
         start = time.perf_counter()
-        flags = self.detector.step(self.frame, self.plant.time)
+        self.flags = flags = self.detector.step(self.frame, self.plant.time)
         self.step_times.append(time.perf_counter() - start)
         touched = self.detector.touched
         self._samples = self._samples + 1 if touched else 0

@@ -9,7 +9,7 @@ import pytest
 from experiments.touch import run
 from experiments.touch.cases import contact_free_case, pushed_case
 from experiments.touch.conditions import MIX, VARIANTS, Condition, drawn
-from experiments.touch.jobs import Runner
+from experiments.touch.jobs import Runner, rounded
 from experiments.touch.motions import KINDS
 from experiments.touch.pushes import CONE, FORCES, PushGenerator, TouchPush
 from experiments.touch.store import Item, Store
@@ -49,13 +49,16 @@ def test_exact_sensors_name_the_link_and_a_second_run_goes_on(robot: Robot, tmp_
 
 
 @pytest.mark.timeout(300)
-def test_a_run_depends_on_seed_and_index_alone(robot: Robot) -> None:
-    item = Item("push", SEED, 0, Condition("mujoco", "realistic", "usual", "surface"))
-    runner = Runner(robot)
-    one, other = runner.perform(item), runner.perform(item)
-    assert {k: v for k, v in one.items() if k not in TIMES} == {
-        k: v for k, v in other.items() if k not in TIMES
+def test_a_run_depends_on_seed_and_index_alone_and_can_be_drawn(robot: Robot) -> None:
+    condition = Condition("mujoco", "realistic", "usual", "surface")
+    stored = Runner(robot).perform(Item("push", SEED, 0, condition))
+    report = run(robot, SEED, draw=0, profiles=["realistic"])
+    drawn = {name: rounded(value) for name, value in report.document.items()}
+    assert {k: v for k, v in drawn.items() if k not in TIMES} == {
+        k: v for k, v in stored.items() if k not in TIMES
     }
+    (picture,) = report.files.values()
+    assert picture.lstrip().startswith("<?xml") and picture.rstrip().endswith("</svg>")
 
 
 def test_pushes_press_into_the_surface_of_links_that_are_seen(
