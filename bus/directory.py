@@ -6,6 +6,7 @@ from collections.abc import Callable
 import zenoh
 from zenoh.handlers import Callback
 
+from bus.threads import adopt
 from bus.tokens import PORT, READY, Owner, Token, parse_ready
 
 Listener = Callable[[Token], None]
@@ -20,6 +21,7 @@ class Directory:
 
     def __init__(self, session: zenoh.Session, on_port: Listener | None = None):
         self._ports: dict[str, dict[str, Token]] = {}
+        self._known: dict[str, Token] = {}  # that stand, by key
         self._ready: dict[str, Owner] = {}
         self._leaders: dict[str, bytes] = {}
         self._on_port = on_port
@@ -57,14 +59,15 @@ class Directory:
         return sorted(self._ready.copy().values())
 
     def _port_event(self, sample: zenoh.Sample) -> None:
+        adopt()
         key = str(sample.key_expr)
-        token = Token.parse(key)
+        token = self._known.pop(key, None) or Token.parse(key)
         if token is None:
             return
         with self._lock:  # several links, several threads of Zenoh's
             standing = dict(self._ports.get(token.name, {}))
             if sample.kind == zenoh.SampleKind.PUT:
-                standing[key] = token
+                standing[key] = self._known[key] = token
             else:
                 standing.pop(key, None)
             self._replace(token.name, standing)
@@ -80,6 +83,7 @@ class Directory:
             self._leaders.pop(name, None)
 
     def _ready_event(self, sample: zenoh.Sample) -> None:
+        adopt()
         key = str(sample.key_expr)
         owner = parse_ready(key)
         if owner is None:

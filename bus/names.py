@@ -44,6 +44,8 @@ def to_chunk(text: str) -> str:
 
 def from_chunk(chunk: str) -> str:
     """Undo `to_chunk`."""
+    if "%" not in chunk:
+        return chunk
     return "" if chunk == _EMPTY else unquote(chunk)
 
 
