@@ -7,6 +7,7 @@ setting changes that, but the sockets are ours.
 """
 
 import time
+from weakref import WeakValueDictionary
 
 import zenoh
 from zenoh.handlers import Callback
@@ -21,6 +22,7 @@ QUIET = 0.03  # s without a dial, once one was to be expected
 TICK = 0.002  # s between looks
 LONGEST_DIAL = 0.5  # s
 
+_reunions: WeakValueDictionary[str, Reunion] = WeakValueDictionary()  # by session
 _hopeless: set[int] = set()  # inodes of connections of which no link comes
 
 
@@ -32,7 +34,7 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
         patience: Seconds without an acknowledgement after which a connection to another
             machine is given up.
     """
-    reunion = Reunion(session)
+    reunion = _reunions[str(session.zid())] = Reunion(session)
 
     def on_link(event: zenoh.LinkEvent) -> None:
         adopt()
@@ -46,6 +48,8 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
         adopt()
         if event.kind == zenoh.SampleKind.DELETE:
             reunion.ended(str(event.transport.zid))
+        elif event.transport.whatami == zenoh.WhatAmI.ROUTER:
+            reunion.joined_hub()
 
     info = session.info  # the end of a link that failed is told as that of its transport only
     info.declare_transport_events_listener(Callback(on_transport, indirect=False), history=True)
@@ -53,7 +57,7 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
 
 
 def settle(session: zenoh.Session, opened_at: float) -> None:
-    """Wait until a session dials nobody, so that it can be closed.
+    """Look for no lost peers, and wait until a session dials nobody, so that it can be closed.
 
     What it dials while it closes Zenoh keeps for good: a ghost that is linked with others,
     and dials newcomers. A session dials the hub, and then those of whom the hub tells before
@@ -62,6 +66,8 @@ def settle(session: zenoh.Session, opened_at: float) -> None:
     Args:
         opened_at: When the session was open, monotonic [s].
     """
+    if reunion := _reunions.get(str(session.zid())):
+        reunion.end()
     if time.monotonic() < opened_at + YOUTH:
         _hear_hub(session)
     begin = quiet_from = time.monotonic()

@@ -8,7 +8,9 @@ sent into the cut link; we let it dial again as soon as somebody answers us.
 
 On one machine nothing is cut, but a process that was stopped for about the lease can be given
 up by its peers and not by the hub; the hub is asked whether it still has it. (Whether its
-address answers says nothing there: ports are used again.)
+address answers says nothing there: ports are used again.) Nor need two have been linked ever:
+gossip is told once, and a dial that it causes fails where one of them is stopped just then, or
+slow. So some time after it has joined a hub a session asks who else has, and looks for them too.
 
 The thread that looks is no daemon: one that Python's end finds in Zenoh brings the process down.
 """
@@ -25,6 +27,7 @@ from bus.sockets import abandon_dials, close_connection, endpoint_address
 FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # s between looks for a peer, soon after its loss and later
 SLICE = 0.05  # s between looks at whether we are to end
 GOSSIP = 0.3  # s after which the hub's gossip of a new link has had its effect
+GATHERING = 2.0  # s without a new link, after which all who have joined a hub should be linked
 
 
 class Reunion:
@@ -35,27 +38,46 @@ class Reunion:
         self._lost: dict[str, Lost] = {}
         self._links: dict[str, list[zenoh.Link]] = {}  # by peer; the two that meet dial both
         self._began: dict[str, float] = {}
+        self._given_up: set[str] = set()
+        self._gathered_at: float | None = None
         self._lock = threading.Lock()
         self._watching = False
+        self._ended = threading.Event()
 
     def began(self, link: zenoh.Link) -> None:
         """Note a new link."""
         peer = str(link.zid)
         self._lost.pop(peer, None)
+        self._given_up.discard(peer)
         self._links.setdefault(peer, []).append(link)
         self._began[peer] = time.monotonic()
+        if self._gathered_at is not None:
+            self._gathered_at = time.monotonic() + GATHERING
 
     def ended(self, peer: str) -> None:
         """Note that a peer is not linked any more; look for it from time to time."""
-        links = self._links.pop(peer, [])
-        if not links:
-            return
+        self._seek(peer, self._links.pop(peer, []))
+
+    def joined_hub(self) -> None:
+        """Note a link with a hub; see later who else has joined it."""
+        with self._lock:
+            self._gathered_at = time.monotonic() + GATHERING
+            self._start()
+
+    def end(self) -> None:
+        """Look for nobody any more."""
+        self._ended.set()
+
+    def _seek(self, peer: str, links: list[zenoh.Link]) -> None:
         with self._lock:
             self._lost[peer] = self._describe(peer, links)
-            if not self._watching:
-                self._watching = True
-                # said outright: Zenoh's threads, which start it, count as daemons and pass that on
-                threading.Thread(target=self._watch, name="reunion", daemon=False).start()
+            self._start()
+
+    def _start(self) -> None:
+        if not self._watching:
+            self._watching = True
+            # said outright: Zenoh's threads, which start it, count as daemons and pass that on
+            threading.Thread(target=self._watch, name="reunion", daemon=False).start()
 
     def _describe(self, peer: str, links: list[zenoh.Link]) -> Lost:
         if not all(map(stays_here, links)):
@@ -63,45 +85,64 @@ class Reunion:
         return LostHere(peer, len(self._links) / (len(self._links) + len(self._lost) + 1))
 
     def _watch(self) -> None:
-        while self._any_lost() and is_used(self._session):
-            oldest = min((lost.since for lost in list(self._lost.values())), default=0.0)
-            elapsed = time.monotonic() - oldest
-            if self._rested(min(FIRST_PAUSE + 0.02 * elapsed, LAST_PAUSE)):
+        while self._any_awaited() and self._is_used():
+            if self._rested(self._pause()):
                 with suppress(zenoh.ZError):  # closed meanwhile
                     self._look()
+
+    def _pause(self) -> float:
+        now, lost = time.monotonic(), list(self._lost.values())
+        if lost:
+            elapsed = now - min(each.since for each in lost)
+            return min(FIRST_PAUSE + 0.02 * elapsed, LAST_PAUSE)
+        return max((self._gathered_at or now) - now, SLICE)
 
     def _rested(self, pause: float) -> bool:
         """Wait; return whether the session is still used then."""
         until = time.monotonic() + pause
-        while (used := is_used(self._session)) and time.monotonic() < until:
-            time.sleep(SLICE)
-        return used
+        while self._is_used() and (remaining := until - time.monotonic()) > 0.0:
+            self._ended.wait(min(remaining, SLICE))
+        return self._is_used()
 
-    def _any_lost(self) -> bool:
+    def _is_used(self) -> bool:
+        return is_used(self._session) and not self._ended.is_set()
+
+    def _any_awaited(self) -> bool:
         with self._lock:
-            self._watching = bool(self._lost)
+            self._watching = bool(self._lost) or self._gathered_at is not None
             return self._watching
 
     def _look(self) -> None:
         linked = {str(peer) for peer in self._session.info.peers_zid()}
         look = Look(self._session)
+        self._count(look, linked)
         for peer, lost in list(self._lost.items()):
             was_back = lost.back
             if peer in linked or not lost.look(look):
                 self._lost.pop(peer, None)
             elif lost.waits and self._rejoin() and lost.attempted():
                 self._lost.pop(peer, None)
+                self._given_up.add(peer)
             if lost.back and not was_back and not self._session.info.routers_zid():
                 abandon_dials()
 
+    def _count(self, look: Look, linked: set[str]) -> None:
+        """Miss those whom the hub has and we have not, some time after it was joined."""
+        if self._gathered_at is None or time.monotonic() < self._gathered_at:
+            return
+        self._gathered_at = None
+        others = (look.at_hub or set()) - linked - {str(self._session.zid())}
+        for peer in others - self._lost.keys() - self._given_up:
+            self._lost[peer] = LostHere(peer, 0.0)
+
     def _rejoin(self) -> bool:
         """Leave the hub, unless it has just been joined; Zenoh joins it again."""
-        for router in map(str, self._session.info.routers_zid()):
-            links = self._links.get(router, [])
-            if links and time.monotonic() - self._began[router] > GOSSIP:
-                ends = [(endpoint_address(link.src), endpoint_address(link.dst)) for link in links]
-                return any(close_connection(own, other) for own, other in ends)
-        return False
+        routers = set(map(str, self._session.info.routers_zid()))
+        links = [link for link in self._session.info.links() if str(link.zid) in routers]
+        if any(time.monotonic() < self._began.get(router, 0.0) + GOSSIP for router in routers):
+            return False
+        ends = [(endpoint_address(link.src), endpoint_address(link.dst)) for link in links]
+        return any(close_connection(own, other) for own, other in ends)
 
 
 def stays_here(link: zenoh.Link) -> bool:

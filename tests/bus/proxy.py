@@ -13,7 +13,7 @@ from pathlib import Path
 
 from bus.testing import eventually
 
-_CONFIG = "{scouting: {gossip: {autoconnect: {router: [], peer: []}}}}"  # is found, does not seek
+PASSIVE = "{scouting: {gossip: {autoconnect: {router: [], peer: []}}}}"  # is found, does not seek
 _CHUNK = 65536  # bytes
 
 
@@ -32,7 +32,7 @@ class Cable:
         self.whole = threading.Event()  # cleared while the cable is cut
         self._socket, self._moved = directory / "node", directory / "moved"
         self._config = directory / "zenoh.json5"
-        self._config.write_text(_CONFIG)
+        self._config.write_text(PASSIVE)
         host, _, port = hub.partition("/")[2].rpartition(":")
         self._listeners = [
             _Listener(self, socket.create_server(("127.0.0.1", 0)), (host, int(port)))

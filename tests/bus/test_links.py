@@ -9,7 +9,7 @@ from bus import NameTaken, Node, RpcTimeout
 from bus.sockets import close_connection, endpoint_address
 from bus.testing import eventually
 from tests.bus.messages import Number
-from tests.bus.proxy import Cable
+from tests.bus.proxy import PASSIVE, Cable
 
 LEASE = 2.0  # s
 MUCH_TOO_OLD = 1.0  # s; the limit is 0.1 s, but this machine may be busy
@@ -153,3 +153,26 @@ def test_peers_that_only_lost_each_other_meet_again(hub, node):
         eventually(lambda: out.matched and node.directory.leader("/other/out:o"))
         out.write(Number(value=1.0))
         assert eventually(inp.read).data.value == 1.0
+
+
+def test_a_peer_that_could_not_be_reached_when_a_newcomer_came_is_met_all_the_same(
+    hub, tmp_path_factory
+):
+    """As one that is stopped while it is dialled: gossip tells of it only once."""
+    directory = tmp_path_factory.mktemp("peer")
+    passive, door, moved = (directory / name for name in ("zenoh.json5", "door", "moved"))
+    passive.write_text(PASSIVE)
+    listen = f"unixsock-stream/{door}"
+    with Node("early", hub, listen, zenoh_config=passive, signals=False) as early:
+        early.ready()
+        door.rename(moved)
+        with Node("late", connect=hub, signals=False) as late:
+            late.ready()
+            assert not linked(late, early)
+            moved.rename(door)
+            eventually(lambda: linked(late, early))
+            eventually(lambda: late.directory.owner("/early/rpc:i"))
+
+
+def linked(node: Node, other: Node) -> bool:
+    return str(other.session.zid()) in map(str, node.session.info.peers_zid())
