@@ -17,17 +17,15 @@ from bus.packing import pack
 from bus.schema import Field, fields_of, type_name
 
 _BOOL = np.dtype(bool)
-_shape_and_type = attrgetter("shape", "dtype")
 
 
 class _Form(NamedTuple):
     """What stays the same while a port's messages keep their shapes and absent fields."""
 
     get: Callable[[Any], tuple]  # arrays that are there, flags, scalars
-    absent: tuple[str, ...]
     arrays: int
-    flags: int
-    kinds: tuple[tuple, ...]  # shapes and dtypes of arrays and flags
+    look: Callable[[Any], tuple]  # shapes and dtypes of arrays and flags, classes of the absent
+    seen: tuple
     plan: Plan
     layout: bytes  # packed, with the head of the block
 
@@ -81,11 +79,8 @@ class Encoder:
         form = self._form
         if form is not None:
             try:
-                values = form.get(message)
-                vectors = values[: form.flags]
-                if tuple(map(_shape_and_type, vectors)) == form.kinds:
-                    if not form.absent or not _any_present(message, form.absent):
-                        return form, values
+                if form.look(message) == form.seen:
+                    return form, form.get(message)
             except AttributeError:
                 pass  # a field has become None, or is not an array
         form = self._form = self._new_form(message)
@@ -106,14 +101,17 @@ class Encoder:
         plan = self._shapes.plan([(field.name, value.shape) for field, value in arrays])
         for field, value in flags:
             self._shapes.bind(field, value.shape, plan.dimensions)
-        vectors = arrays + flags
+        vectors = [field.name for field, _ in arrays + flags]
+        look = _getter(
+            *(f"{name}.{what}" for what in ("shape", "dtype") for name in vectors),
+            *(f"{name}.__class__" for name in absent),
+        )
         table = pack([[field.name, *value.shape] for field, value in arrays])
         return _Form(
-            get=_getter([field for field, _ in vectors] + self._scalars),
-            absent=tuple(absent),
+            get=_getter(*vectors, *(field.name for field in self._scalars)),
             arrays=len(arrays),
-            flags=len(vectors),
-            kinds=tuple(_shape_and_type(value) for _, value in vectors),
+            look=look,
+            seen=look(message),
             plan=plan,
             layout=table + pack_block_head(8 * plan.size),
         )
@@ -124,7 +122,7 @@ class Encoder:
         flags, scalars = values[:count], values[count:]
         constant = None
         if self._comparable and np.ndarray not in map(type, scalars):
-            constant = (valid, reason, scalars, [flag.tobytes() for flag in flags])
+            constant = (valid, reason, scalars, _join(flags))
             if constant == self._constant:
                 return self._middle
             # copies: the writer may change its own lists in place
@@ -139,8 +137,7 @@ class Encoder:
         return self._middle
 
 
-def _getter(fields: list[Field]) -> Callable[[Any], tuple]:
-    names = [field.name for field in fields]
+def _getter(*names: str) -> Callable[[Any], tuple]:
     if len(names) > 1:
         return attrgetter(*names)
     if not names:
@@ -152,15 +149,18 @@ def _getter(fields: list[Field]) -> Callable[[Any], tuple]:
 def _block(plan: Plan, arrays: tuple[np.ndarray, ...]) -> tuple[bytes | memoryview, ...]:
     """Return the checked block in pieces; of a large one the arrays themselves, uncopied."""
     if 8 * plan.size <= LARGE:
-        block = b"".join([array.tobytes() for array in arrays])
+        block = _join(arrays)
         plan.check_finite(block)
         return (block,)
     plan.check_arrays(arrays)
     return tuple(np.ascontiguousarray(array).data for array in arrays)
 
 
-def _any_present(message: Any, names: tuple[str, ...]) -> bool:
-    return any(getattr(message, name) is not None for name in names)
+def _join(arrays: tuple[np.ndarray, ...]) -> bytes:
+    try:
+        return b"".join(arrays)  # type: ignore[arg-type]  # they are buffers
+    except TypeError:  # one is not contiguous
+        return b"".join([array.tobytes() for array in arrays])
 
 
 def _check_array(field: Field, value: Any) -> None:

@@ -154,6 +154,14 @@ def test_an_optional_array_may_come_and_go():
         assert (decoded.extra is None) == (extra is None)
 
 
+def test_arrays_that_are_not_contiguous_travel_by_their_values():
+    flags = np.array([True, True, False, True, True, False])[::2]
+    ft = np.asfortranarray(np.arange(12.0).reshape(2, 6))
+    strided = mixed(q=np.arange(6.0)[::2], ft=ft, ok=flags)
+    decoded, _ = Decoder(Mixed).decode(encode(strided))
+    assert_equal(decoded, strided)
+
+
 def test_unknown_fields_of_a_newer_writer_are_skipped():
     parts = unpack(encode(mixed()))
     parts[11]["new"] = 1
