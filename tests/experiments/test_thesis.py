@@ -1,9 +1,12 @@
 """The thesis's experiments, short: exact sensors leave no error, realistic ones what they must."""
 
 import json
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 import yaml
@@ -118,8 +121,25 @@ def test_the_motion_is_smooth_and_stays_within_the_limits(robot: Robot) -> None:
 
 def test_a_figure_keeps_few_points_of_a_long_line() -> None:
     time = np.linspace(0.0, 1.0, 20 * POINTS)
-    text = figure_svg("long", time, [Panel("x", {"line": np.sin(9.0 * time)})])
-    assert POINTS / 2 < text.count(",") <= POINTS + 20
+    zigzag = np.arange(len(time)) // 20 % 2
+    text = figure_svg("long", time, [Panel("x [N]", {"line": zigzag})])
+    paths = [element.get("d", "") for element in ElementTree.fromstring(text).iter()]
+    assert POINTS / 2 < max(path.count("L") for path in paths) <= POINTS
+
+
+def test_a_figure_names_units_and_lines_whatever_the_users_style() -> None:
+    panels = [Panel("force [N]", {"measured": np.zeros(3), "predicted": np.ones(3)})]
+    plain = figure_svg("two lines", np.arange(3.0), panels)
+    with matplotlib.rc_context({"font.size": 30.0, "svg.hashsalt": "other"}):
+        assert figure_svg("two lines", np.arange(3.0), panels) == plain
+    for words in ("force [N]", "time [s]", "measured", "predicted", "two lines"):
+        assert words in "".join(ElementTree.fromstring(plain).itertext())
+
+
+def test_who_does_not_draw_does_not_load_matplotlib() -> None:
+    told = "import sys, experiments.external_wrench; print('matplotlib' in sys.modules)"
+    found = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "False"
 
 
 def test_the_command_prints_one_document_and_writes_what_it_names(
