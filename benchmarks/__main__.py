@@ -15,6 +15,7 @@ from benchmarks import document, results
 from benchmarks.rows import Row
 from benchmarks.runner import benches, chosen, measure
 from benchmarks.tables import Table, tables_of
+from deploy.one_thread import use_one_thread
 
 MARKS = {"met": "[green]met[/]", "missed": "[red]missed[/]"}
 
@@ -22,6 +23,7 @@ MARKS = {"met": "[green]met[/]", "missed": "[red]missed[/]"}
 def main() -> int:
     """Run what was asked for; exit status 1 when a target is missed."""
     options = _options()
+    use_one_thread()  # in the children that measure, as the command does and the launcher
     rows: list[Row] = []
     for name in chosen(options.only):
         print(f"{name} ...", file=sys.stderr, flush=True)

@@ -13,7 +13,6 @@ import numpy as np
 from benchmarks.idyntree_observer import IdyntreeObserver
 from estimation.contact.contact_detector import ContactDetector
 from estimation.residual.residuals import FloatingResiduals
-from estimation.torque_observer import TorqueObserver
 from experiments.residual_timing import newton_euler_momentum
 from robot_model import Robot, load_robot
 from robot_model.messages import SensorFrame
@@ -71,8 +70,7 @@ def _detection_step(robot: Robot) -> Callable[[SensorFrame], Any]:
 
 
 def _peer_step(robot: Robot) -> Callable[[SensorFrame], Any]:
-    frames = [contact.frame for contact in TorqueObserver(robot).contacts]
-    peer = IdyntreeObserver(robot, frames)
+    peer = IdyntreeObserver.like(robot)
     return lambda frame: peer.step(
         frame.q,
         frame.dq,

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from estimation.torque_observer import TorqueObserver
 from robot_model import Robot
 
 with warnings.catch_warnings():
@@ -37,6 +38,11 @@ class IdyntreeObserver:
         self._wrenches = idyn.LinkContactWrenches(model)
         self._torques = idyn.JointDOFsDoubleArray(model)
         self._add_contacts(model, frames)
+
+    @classmethod
+    def like(cls, robot: Robot) -> "IdyntreeObserver":
+        """Return the peer of the torque observer with its default contacts."""
+        return cls(robot, [contact.frame for contact in TorqueObserver(robot).contacts])
 
     def _add_contacts(self, model: idyn.Model, frames: Sequence[str]) -> None:
         self._links, rotations = [], []

@@ -5,12 +5,15 @@ The verbs are imported when Ctrl-C is looked after: that takes a quarter of a se
 
 import sys
 
+from deploy.one_thread import use_one_thread
+
 INTERRUPTED = 130  # by Ctrl-C, as shells and typer say it
 
 
 def main() -> None:
     """Run one verb and leave with its exit status."""
     try:
+        use_one_thread()
         from deploy.completion import names_rejoined
 
         with names_rejoined():

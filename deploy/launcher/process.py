@@ -9,14 +9,12 @@ from typing import Any
 from bus.child import command
 from deploy.launcher.logs import Log
 from deploy.launcher.parts import Restart
+from deploy.one_thread import ONE_THREAD
 
 FIRST_BACKOFF = 0.5  # [s], doubles with every death
 LONGEST_BACKOFF = 8.0  # [s]
 SETTLED = 10.0  # [s] of life after which the back-off starts anew
 WRONG_USAGE = 2  # exit status: the same settings would fail again
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
-)  # a second BLAS thread only takes the core from the neighbours
 
 
 class Process:
