@@ -67,14 +67,13 @@ def _estimate(given: Given) -> Callable[[], float]:
 def _peer(robot: Robot, log: SensorLog) -> Callable[[], float]:
     """Return what measures iDynTree's step [us] on the filtered samples of a log."""
     peer, (block,) = IdyntreeObserver.like(robot), LogFilter(log).blocks(len(log))
-    motions = [block.motion(i) for i in range(len(block))]
-    readings = -block.ft  # iDynTree: child on parent
+    frames = [block.frame(i) for i in range(len(block))]
 
     def measure() -> float:
         start = process_time()
-        for motion, ft in zip(motions, readings, strict=True):
-            peer.step(*motion[:3], ft, *motion[3:])
-        return (process_time() - start) / len(block) * 1e6
+        for frame in frames:
+            peer.step_frame(frame)
+        return (process_time() - start) / len(frames) * 1e6
 
     return measure
 

@@ -2,6 +2,8 @@
 
 The peer has no residuals; its step, from NumPy to NumPy in the same run, tells how fast
 the machine is. The classical residual in the manner of R builds C by repeated Newton-Euler.
+Detection renews its covariances ten times a second, piece by piece: six of 25 steps do more
+than the others, which the 99th percentile tells of. On a shared machine it tells of other work too.
 """
 
 from collections.abc import Callable
@@ -29,21 +31,25 @@ def run(quick: bool = False) -> list[dict[str, Any]]:
         "internal and external residual step": _residual_step(robot),
         "classical residual terms as in R, C by repeated Newton-Euler": _papers_way(robot),
         "contact detection step": _detection_step(robot),
-        "torque observer step of iDynTree": _peer_step(robot),
+        "torque observer step of iDynTree": IdyntreeObserver.like(robot).step_frame,
     }
     times: dict[str, list[int]] = {name: [] for name in steps}
     for _ in range(5 if quick else ROUNDS):
         for name, step in steps.items():
             times[name] += _times(step, frames)
-    median = {name: float(np.median(values)) * 1e-3 for name, values in times.items()}
-    return _rows(median) + [_location(robot, 3 if quick else 40)]
+    median, slow = (
+        {name: float(np.percentile(values, share)) * 1e-3 for name, values in times.items()}
+        for share in (50.0, 99.0)
+    )
+    return _rows(median, slow) + [_location(robot, 3 if quick else 40)]
 
 
-def _rows(median: dict[str, float]) -> list[dict[str, Any]]:
-    residual, _, detection, peer = median
+def _rows(median: dict[str, float], slow: dict[str, float]) -> list[dict[str, Any]]:
+    residual, papers, detection, peer = median
     rows = [_row(name, median[name], median[peer]) for name in (residual, detection)]
     rows[0] |= {"target": f"<= {TARGET:.0f} us", "met": median[residual] <= TARGET}
-    return rows + [_row(name, median[name], None) for name in median if "as in R" in name]
+    worst = _row(f"{detection}, p99", slow[detection], slow[peer])
+    return [*rows, worst, _row(papers, median[papers], None)]
 
 
 def _row(name: str, value: float, peer: float | None, unit: str = "us") -> dict[str, Any]:
@@ -67,19 +73,6 @@ def _papers_way(robot: Robot) -> Callable[[SensorFrame], Any]:
 def _detection_step(robot: Robot) -> Callable[[SensorFrame], Any]:
     detector, clock = ContactDetector(robot), iter(range(0, 2**62, 4_000_000))
     return lambda frame: detector.step(frame, next(clock))
-
-
-def _peer_step(robot: Robot) -> Callable[[SensorFrame], Any]:
-    peer = IdyntreeObserver.like(robot)
-    return lambda frame: peer.step(
-        frame.q,
-        frame.dq,
-        frame.ddq,
-        -frame.ft,  # iDynTree: child on parent
-        frame.imu_gyro[0],
-        frame.imu_acc[0],
-        frame.imu_dgyro[0],
-    )
 
 
 def _location(robot: Robot, rounds: int) -> dict[str, Any]:

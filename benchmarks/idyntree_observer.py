@@ -7,6 +7,7 @@ import numpy as np
 
 from estimation.torque_observer import TorqueObserver
 from robot_model import Robot
+from robot_model.messages import SensorFrame
 
 with warnings.catch_warnings():
     # SWIG's types warn at import; where warnings are errors, the import would crash.
@@ -85,6 +86,12 @@ class IdyntreeObserver:
             [self._wrenches.contactWrench(i, 0).contactWrench.toNumPy() for i in self._links]
         )
         return self._torques.toNumPy(), wrenches
+
+    def step_frame(self, frame: SensorFrame) -> tuple[np.ndarray, np.ndarray]:
+        """The same for a sensor frame, whose ``ft`` is the parent on the child."""
+        motion = frame.q, frame.dq, frame.ddq
+        inertial = frame.imu_gyro[0], frame.imu_acc[0], frame.imu_dgyro[0]
+        return self.step(*motion, -frame.ft, *inertial)
 
     def in_frame_axes(self, wrenches: np.ndarray) -> np.ndarray:
         """Turn wrenches (c, 6) from link axes to the axes of the contact frames."""

@@ -1,12 +1,14 @@
 """Contact detector: flags per limb and places, from sensor frames alone."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import ceil
 
 import numpy as np
 
 from estimation.contact.contact_calibration import ContactCalibration, likeliest_variances
 from estimation.contact.contact_rows import ContactRows
-from estimation.contact.joint_statistic import JointStatistic
+from estimation.contact.joint_statistic import PARTS, JointStatistic
 from estimation.contact.limb_monitor import Levels, LimbFlag, LimbMonitor
 from estimation.contact.limb_statistic import LimbStatistic
 from estimation.contact.localisation import Localisation
@@ -20,6 +22,7 @@ from robot_model.messages import SensorFrame
 
 Array = np.ndarray
 BODY = "body"  # name of the flag of the whole body
+PIECES = 2 + 1 + PARTS + 1  # of covariance, limbs' and whole body's statistic
 SHARES = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)  # of the likeliest floors, tried one after the other
 
 
@@ -77,6 +80,7 @@ class ContactDetector:
         self._stamp: int | None = None
         self._covariance_stamp = 0
         self._flags: tuple[object, ...] = ()
+        self._renewal: Iterator[None] = iter(())
 
     def set_support(self, support: str) -> None:
         """Change the kind of support; the tare is lost with it."""
@@ -94,25 +98,24 @@ class ContactDetector:
         self._touch = touch = self.rows.update(frame)
         period = 0.0 if self._stamp is None else (stamp - self._stamp) * 1e-9
         self._stamp = stamp
-        self._refresh(frame, stamp)
-        self.locator.add(touch, period, self._statistic)
-        statistic, self.force = self._limb_statistic.evaluate(touch)
-        flags = self.monitor.update(statistic, self.force, stamp, self._reasons)
+        self._refresh(frame, stamp, period)
+        # the wrenches of what is felt and of how it changes, in one go
+        both = np.array((touch, self.locator.change(touch)))
+        (statistic, change), (self.force, _) = self._limb_statistic.evaluate(both)
+        self.locator.add(touch, period, float(change.max()))
+        told = statistic.tolist(), self.force.tolist()
+        flags = self.monitor.update(*told, stamp, self._reasons)
         self.body = self._judge_body(touch, stamp)
         self.locator.keep(self.touched)
         if self.tared and self._is_calm(statistic):
             self.rows.bias.follow(touch, period / self.settings.drift_time)
         return flags
 
-    def _statistic(self, touch: Array) -> Array:
-        """Norm of each sub-tree's wrench in standard deviations, (s,)."""
-        return self._limb_statistic.evaluate(touch)[0]
-
     def _judge_body(self, touch: Array, stamp: int) -> LimbFlag:
         found = self._joint_statistic.evaluate(touch)
         self._likeliest = found.subtree
-        statistic, force = np.array([found.statistic]), np.array([found.force])
-        return self.body_monitor.update(statistic, force, stamp, [self._body_reason])[0]
+        told = [found.statistic], [found.force]
+        return self.body_monitor.update(*told, stamp, [self._body_reason])[0]
 
     def tare(self, quiet: Quiet) -> None:
         """Take the offsets and thresholds that a quiet period showed."""
@@ -121,7 +124,7 @@ class ContactDetector:
         self.locator.reset()
         self.tared = True
         self._renew()
-        self.monitor.learn(self._limb_statistic.of_rows(quiet.spread).max(axis=0))
+        self.monitor.learn(self._limb_statistic.evaluate(quiet.spread)[0].max(axis=0))
         self.body_monitor.learn(self._joint_statistic.of_rows(quiet.spread).max(keepdims=True))
         self._forget_contacts()
 
@@ -137,7 +140,7 @@ class ContactDetector:
         for share in SHARES:
             self.rows.floor[:] = share * (variances - least)
             self._renew()
-            limbs: Array = np.array(self._limb_statistic.of_rows(motion.touches).max(axis=0))
+            limbs: Array = self._limb_statistic.evaluate(motion.touches)[0].max(axis=0)
             body = float(self._joint_statistic.of_rows(motion.touches).max())
             limbs[self.rows.removed.subtrees] = 0.0
             highest = self.settings.levels.margin * max(body, limbs.max())
@@ -210,8 +213,11 @@ class ContactDetector:
             return np.zeros_like(self._expected)
         return self.settings.model_error * (self.rows.predicted - self._expected)
 
-    def _refresh(self, frame: SensorFrame, stamp: int) -> None:
-        """Renew covariance and validity when they are old or a channel came or went."""
+    def _refresh(self, frame: SensorFrame, stamp: int, period: float) -> None:
+        """Renew covariance and validity when they are old or a channel came or went.
+
+        The latter at once; what is old serves until the new is done, piece by piece.
+        """
         flags = (
             frame.joint_valid.tobytes(),
             frame.ft_valid.tobytes(),
@@ -221,17 +227,22 @@ class ContactDetector:
         age = (stamp - self._covariance_stamp) * 1e-9
         changed = flags != self._flags
         if not changed and age < self.settings.covariance_time:
+            self._renew_on(period)
             return
-        self._flags, self._covariance_stamp = flags, stamp
+        self._flags, self._covariance_stamp, self._frame = flags, stamp, frame
         if changed:
-            self._reasons = self._limb_reasons(frame)
-            self._body_reason = self._why_no_body(frame)
-            blind = set(self.rows.removed.subtrees)
-            judged = [not why and i not in blind for i, why in enumerate(self._reasons)]
-            self._judged = np.flatnonzero(judged)
-        self._frame = frame
+            self._learn_validity(frame)
         self._look_at_supports(frame, stamp)
-        self._renew()
+        self._renewal = self._pieces()
+        if changed:
+            self._renew()
+
+    def _learn_validity(self, frame: SensorFrame) -> None:
+        self._reasons = self._limb_reasons(frame)
+        self._body_reason = self._why_no_body(frame)
+        blind = set(self.rows.removed.subtrees)
+        judged = [not why and i not in blind for i, why in enumerate(self._reasons)]
+        self._judged = np.flatnonzero(judged)
 
     def _look_at_supports(self, frame: SensorFrame, stamp: int) -> None:
         unsteady = self._supports.look(frame.ft, frame.ft_valid, stamp)
@@ -241,11 +252,23 @@ class ContactDetector:
 
     def _renew(self) -> None:
         """Compute what belongs to posture, validity, tare and calibration."""
-        if self._stamp is None:
-            return
-        self.covariance.update(self._frame, model_error=self._model_error())
+        if self._stamp is not None:
+            self._renewal = iter(())
+            for _ in self._pieces():
+                pass
+
+    def _renew_on(self, period: float) -> None:
+        """Do as much of a renewal as a step's share is, so that it ends in time."""
+        for _ in range(ceil(PIECES * period / self.settings.covariance_time)):
+            next(self._renewal, None)
+
+    def _pieces(self) -> Iterator[None]:
+        """``_renew`` in ``PIECES`` pieces of about the same size."""
+        yield from self.covariance.renewal(self._frame, model_error=self._model_error())
+        yield
         self._limb_statistic.update(self.covariance)
-        self._joint_statistic.update(self.covariance)
+        yield
+        yield from self._joint_statistic.renewal(self.covariance)
 
     def _limb_reasons(self, frame: SensorFrame) -> list[str]:
         """Why each limb cannot be judged, "" if it can."""

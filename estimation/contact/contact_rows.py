@@ -10,6 +10,7 @@ from estimation.contact.row_layout import RemovedWrenches, RowLayout
 from estimation.joint_friction import JointFriction
 from robot_model import Robot
 from robot_model.messages import SensorFrame
+from robot_model.tree import TreeModel
 
 Array = np.ndarray
 
@@ -35,8 +36,7 @@ class ContactRows:
         self._links = [tree.frame_id(link) for link in robot.links]
         self._q = tree.neutral.copy()
         self._v, self._a = np.zeros(self._model.nv), np.zeros(self._model.nv)
-        self._joint_q, self._joint_v, self._cut_v = tree.joint_q, tree.joint_v, tree.cut_v
-        self._sign = tree.cut_sign[:, None]
+        self._joint_q, self._joint_v = tree.joint_q, tree.joint_v
         swap = np.array([3, 4, 5, 0, 1, 2])
         # the force map [R 0; [p]R R] has the blocks of the motion map [R [p]R; 0 R] elsewhere
         index = 6 * self.layout.inlets[:, None, swap] + swap[None, :, None]
@@ -44,6 +44,7 @@ class ContactRows:
         self._columns = self.jacobian.reshape(-1)
         self._force_maps = np.zeros((len(self.layout.inlets), 6, 6))  # into the root's axes
         self._friction = JointFriction(robot.viscous, robot.coulomb)
+        self._telling = _telling(robot, tree)
         self.predicted = np.zeros(self._model.nv)
         self.bias = RowBias(self.layout)
         self.floor = np.zeros(self._model.nv)  # variance that a calibration adds to each row
@@ -69,26 +70,25 @@ class ContactRows:
 
     def update(self, frame: SensorFrame) -> Array:
         """Take one sample and return the rows of the touches, (nv,) [N, N m]."""
-        q, v, a, dq, ddq = self._q, self._v, self._a, frame.dq, frame.ddq
+        q, v, a = self._q, self._v, self._a
         q[self._joint_q] = frame.q
         v[3:6] = frame.imu_gyro[0]
-        v[self._joint_v] = dq
+        v[self._joint_v] = frame.dq
         a[:3] = frame.imu_acc[0]
         a[3:6] = frame.imu_dgyro[0]
-        a[self._joint_v] = ddq
+        a[self._joint_v] = frame.ddq
         rows = pin.rnea(self._model, self._data, q, v, a)
         pin.computeJointJacobians(self._model, self._data, q)
         self._force_maps = self._columns[self._map_index].reshape(-1, 6, 6)
         self.predicted[:] = rows
-        rows[self._joint_v] -= self._link_torque(dq, ddq, frame.motor_torque)
-        rows[self._cut_v] -= frame.ft * self._sign
+        rows -= self._measured(frame)
         rows -= self.bias.value
         return self.remove(rows, self.removed)
 
     def remove(self, rows: Array, removed: RemovedWrenches) -> Array:
         """Take the net wrenches of some sub-trees from rows, (nv,), in place."""
         if removed.subtrees:
-            rows -= np.vecdot(self.jacobian, removed.spread @ self._entering(rows))
+            rows -= np.vecdot(self.jacobian, removed.spread.dot(self._entering(rows)))
         return rows
 
     def removal(self) -> Array:
@@ -97,26 +97,36 @@ class ContactRows:
         back = (removed.bears[:, :, None] * self.jacobian[:, None]).reshape(nv, -1)
         return np.eye(nv) - back @ self.wrench_map(removed.subtrees).reshape(-1, nv)
 
-    def _link_torque(self, dq: Array, ddq: Array, motor_torque: Array) -> Array:
-        return motor_torque + self._friction.torque(dq) - self.robot.rotor_inertia @ ddq
+    def _measured(self, frame: SensorFrame) -> Array:
+        """What motors, rotors, friction and force/torque sensors tell of the rows, (nv,)."""
+        torque = frame.motor_torque + self._friction.torque(frame.dq)
+        return self._telling.dot(np.concatenate((torque, frame.ddq, frame.ft.reshape(-1))))
 
     def _entering(self, rows: Array) -> Array:
-        """Wrench through every inlet that rows tell, (s, 6), in the root's axes."""
-        return np.matvec(self._force_maps, rows[self.layout.inlets])
+        """Wrench through every inlet that rows tell, (…, s, 6), in the root's axes."""
+        return np.matvec(self._force_maps, rows.take(self.layout.inlets, axis=-1))
 
     def wrenches(self, rows: Array) -> Array:
-        """External wrench of every sub-tree that rows tell, (s, 6), in the root's axes."""
+        """External wrench of every sub-tree that rows, (…, nv), tell, (…, s, 6).
+
+        In the root's axes.
+        """
         return self.layout.incidence @ self._entering(rows)
 
     def wrench_map(self, subtrees: Sequence[int] | None = None) -> Array:
         """The matrix of ``wrenches``, (s, 6, nv), or its blocks of some sub-trees."""
-        incidence = self.layout.incidence
+        blocks = self.wrench_blocks()
         if subtrees is not None:
-            incidence = incidence[subtrees]
-        blocks = incidence[:, None, :, None] * self._force_maps.transpose(1, 0, 2)
-        result = np.zeros((len(incidence), 6, self._model.nv))
-        result[:, :, self.layout.inlets.reshape(-1)] = blocks.reshape(len(incidence), 6, -1)
+            blocks = blocks[subtrees]
+        result = np.zeros((len(blocks), 6, self._model.nv))
+        result[:, :, self.layout.inlets.reshape(-1)] = blocks
         return result
+
+    def wrench_blocks(self) -> Array:
+        """The columns of ``wrench_map`` that are not zero: those of the inlets, (s, 6, 6 s)."""
+        incidence = self.layout.incidence[:, None, :, None]
+        blocks = incidence * self._force_maps.transpose(1, 0, 2)
+        return blocks.reshape(len(blocks), 6, -1)
 
     def place_links(self) -> list[pin.SE3]:
         """Placements of ``robot.links`` in the root's frame at the present sample."""
@@ -129,3 +139,13 @@ class ContactRows:
     def _place(self, link: int) -> pin.SE3:
         # the Jacobians of the sample have placed the joints
         return pin.updateFramePlacement(self._model, self._data, self._links[link])
+
+
+def _telling(robot: Robot, tree: TreeModel) -> Array:
+    """Return the map from [link torques before the rotors, ddq, readings] to rows."""
+    n, cuts = robot.n, tree.cut_v.reshape(-1)
+    result = np.zeros((tree.model.nv, 2 * n + len(cuts)))
+    result[tree.joint_v, np.arange(n)] = 1.0
+    result[tree.joint_v, n : 2 * n] = -robot.rotor_inertia
+    result[cuts, np.arange(2 * n, result.shape[1])] = np.repeat(tree.cut_sign, 6)
+    return result

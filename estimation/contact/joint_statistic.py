@@ -1,5 +1,7 @@
 """One statistic for the whole body: how much better any touch explains the rows than none."""
 
+from collections.abc import Iterator
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +10,7 @@ from estimation.contact.contact_rows import ContactRows
 from estimation.contact.row_covariance import RowCovariance
 
 Array = np.ndarray
+PARTS = 2  # in which the bodies are projected
 
 
 class JointValue(NamedTuple):
@@ -33,30 +36,35 @@ class JointStatistic:
         self._subtrees: tuple[int, ...] | None = None
 
     def update(self, covariance: RowCovariance) -> None:
-        """Take the covariance and the Jacobian of the present posture."""
+        """Take a covariance and the Jacobian of its posture."""
+        for _ in self.renewal(covariance):
+            pass
+
+    def renewal(self, covariance: RowCovariance) -> Iterator[None]:
+        """``update`` in some pieces; the old projections serve until the last one is done."""
         self._choose()
-        count, nv = self._bears.shape
-        carried = (self._bears[:, None] * self._rows.jacobian.T).reshape(6 * count, nv)
-        weighted = (carried @ covariance.information()).reshape(count, 6, nv)
-        seen = weighted @ carried.reshape(count, 6, nv).transpose(0, 2, 1)
-        back = np.linalg.inv(np.linalg.cholesky(seen))
-        self._projection = (back @ weighted).reshape(6 * count, nv)
-        self._forces = back.transpose(0, 2, 1)[:, :3]
+        information = covariance.information()
+        columns = covariance.jacobian[self._active].T.copy()
+        projections, forces = np.empty_like(self._projection), np.empty_like(self._forces)
+        for part in np.array_split(np.arange(len(self._bears)), PARTS):
+            yield
+            projections[part], forces[part] = _project(self._bears[part], columns, information)
+        self._projection, self._forces = projections, forces
 
     def evaluate(self, touch: Array) -> JointValue:
         """Return the statistic of the rows of one sample, (nv,), tared."""
-        shares = (self._projection @ touch).reshape(-1, 6)
+        projection = self._projection.reshape(-1, len(self._active))
+        shares = projection.dot(touch.take(self._active)).reshape(-1, 6)
         gains = np.vecdot(shares, shares)
         best = int(gains.argmax())
-        force = self._forces[best] @ shares[best]
-        return JointValue(
-            float(np.sqrt(gains[best])), float(np.sqrt(force @ force)), int(self._subtree[best])
-        )
+        x, y, z = self._forces[best].dot(shares[best]).tolist()
+        return JointValue(sqrt(gains[best]), sqrt(x * x + y * y + z * z), int(self._subtree[best]))
 
     def of_rows(self, touches: Array) -> Array:
         """Return the statistic of many samples at the same posture, (T, nv) to (T,)."""
-        shares = touches @ self._projection.T
-        return np.sqrt(np.square(shares).reshape(len(touches), -1, 6).sum(axis=2).max(axis=1))
+        projection = self._projection.reshape(-1, len(self._active))
+        shares = (touches[:, self._active] @ projection.T).reshape(len(touches), -1, 6)
+        return np.sqrt(np.square(shares).sum(axis=2).max(axis=1))
 
     def _choose(self) -> None:
         """Bodies outside the supporting sub-trees, those that differ."""
@@ -64,6 +72,23 @@ class JointStatistic:
         if self._subtrees == tuple(removed.subtrees):
             return
         self._subtrees, layout = tuple(removed.subtrees), self._rows.layout
+        self._active = np.flatnonzero(removed.active)
         free = np.flatnonzero(~np.isin(layout.subtree, removed.subtrees))
-        bears, first = np.unique(layout.bears[free] & removed.active, axis=0, return_index=True)
-        self._bears, self._subtree = bears, layout.subtree[free[first]]
+        bears, first = np.unique(layout.bears[free][:, self._active], axis=0, return_index=True)
+        self._bears, self._subtree = bears.astype(float), layout.subtree[free[first]]
+        self._projection = np.zeros((len(bears), 6, len(self._active)))
+        self._forces = np.zeros((len(bears), 3, 6))
+
+
+def _project(bears: Array, columns: Array, information: Array) -> tuple[Array, Array]:
+    """Return projections (b, 6, a) of rows, and the forces (b, 3, 6) that they stand for.
+
+    Args:
+        bears: (b, a) 1 where a wrench on each body appears.
+        columns: (6, a) Jacobian.
+        information: (a, a) inverse covariance.
+    """
+    carried = bears[:, None] * columns
+    weighted = (carried.reshape(-1, len(information)) @ information).reshape(carried.shape)
+    back = np.linalg.inv(np.linalg.cholesky(weighted @ carried.transpose(0, 2, 1)))
+    return back @ weighted, back.transpose(0, 2, 1)[:, :3]

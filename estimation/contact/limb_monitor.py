@@ -1,6 +1,8 @@
 """Which limbs are touched: thresholds with hysteresis, two levels."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import tanh
 from typing import NamedTuple
 
 import numpy as np
@@ -81,9 +83,10 @@ class LimbMonitor:
     def _set_thresholds(self) -> None:
         learnt = np.maximum(self._quiet, self.calibrated)
         self.threshold = np.maximum(self.levels.contact, learnt)
+        self._eta: list[float] = self.threshold.tolist()
 
     def update(
-        self, statistic: Array, force: Array, stamp: int, reasons: list[str]
+        self, statistic: Sequence[float], force: Sequence[float], stamp: int, reasons: list[str]
     ) -> list[LimbFlag]:
         """Judge one sample.
 
@@ -93,26 +96,22 @@ class LimbMonitor:
             stamp: Time of the sample [ns].
             reasons: Why a limb cannot be judged, "" if it can.
         """
-        probability = contact_probability(statistic, self.threshold).tolist()
-        values = zip(statistic.tolist(), self.threshold.tolist(), force.tolist(), strict=True)
+        values = zip(self.limbs, statistic, self._eta, force, reasons, strict=True)
         flags = []
-        for i, (value, eta, norm) in enumerate(values):
-            if reasons[i]:
+        for i, (limb, value, eta, norm, reason) in enumerate(values):
+            if reason:
                 self._states[i], self._onset[i], self._below[i] = "none", 0, 0
-                flags.append(LimbFlag(self.limbs[i], "none", 0.0, 0, 0.0, False, reasons[i]))
+                flags.append(LimbFlag(limb, "none", 0.0, 0, 0.0, False, reason))
                 continue
-            self._judge(i, value, eta, norm, stamp)
-            state, onset = self._states[i], self._onset[i]
-            flags.append(
-                LimbFlag(self.limbs[i], state, probability[i], onset, norm, True, "", value, eta)
-            )
+            if value > eta or self._states[i] != "none":
+                self._judge(i, value, eta, norm, stamp)
+            odds, state, onset = contact_probability(value, eta), self._states[i], self._onset[i]
+            flags.append(LimbFlag(limb, state, odds, onset, norm, True, "", value, eta))
         return flags
 
     def _judge(self, i: int, value: float, eta: float, force: float, stamp: int) -> None:
         levels = self.levels
         if self._states[i] == "none":
-            if value <= eta:
-                return
             self._states[i], self._onset[i], self._below[i] = "contact", stamp, 0
         elif value >= levels.release * eta:
             self._below[i] = 0
@@ -126,7 +125,7 @@ class LimbMonitor:
         self._states[i] = "collision" if hard else "contact"
 
 
-def contact_probability(statistic: Array, threshold: Array) -> Array:
+def contact_probability(statistic: float, threshold: float) -> float:
     """Probability of a touch: even odds at the threshold, by the chi-square likelihood ratio."""
     # the logistic function of half the difference of squares, which never overflows
-    return 0.5 + 0.5 * np.tanh(0.25 * (statistic * statistic - threshold * threshold))
+    return 0.5 + 0.5 * tanh(0.25 * (statistic * statistic - threshold * threshold))

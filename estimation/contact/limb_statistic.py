@@ -23,22 +23,16 @@ class LimbStatistic:
 
     def update(self, covariance: RowCovariance) -> None:
         """Take the covariance at the present posture."""
-        turn = self._rows.jacobian[self._inlets]
+        turn = covariance.jacobian[self._inlets]
         matrices = turn @ covariance.of_wrenches() @ turn.transpose(0, 2, 1)
         # a support's own wrench has no error left, and is judged by its reason alone
         matrices[self._rows.removed.subtrees] = np.eye(6)
         self._information = np.linalg.inv(matrices)
 
-    def evaluate(self, touch: Array) -> tuple[Array, Array]:
-        """Return statistics (s,) and forces (s,) [N] of the rows of one sample, (nv,), tared."""
-        wrenches = self._rows.wrenches(touch)
-        local = np.matvec(self._rows.jacobian[self._inlets], wrenches)
+    def evaluate(self, touches: Array) -> tuple[Array, Array]:
+        """Return statistics (…, s) and forces (…, s) [N] of rows at this posture, (…, nv)."""
+        wrenches = self._rows.wrenches(touches)
+        local = np.matvec(self._rows.jacobian.take(self._inlets, axis=0), wrenches)
         squares = np.vecdot(local, np.matvec(self._information, local))
-        force = wrenches[:, :3]
+        force = wrenches[..., :3]
         return np.sqrt(squares), np.sqrt(np.vecdot(force, force))
-
-    def of_rows(self, touches: Array) -> Array:
-        """Return the statistics of many samples at the present posture, (T, nv) to (T, s)."""
-        maps = self._rows.jacobian[self._inlets] @ self._rows.wrench_map()
-        local = (touches @ maps.reshape(-1, maps.shape[2]).T).reshape(len(touches), -1, 6)
-        return np.sqrt(np.einsum("tsi,sij,tsj->ts", local, self._information, local))

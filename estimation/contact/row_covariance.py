@@ -1,5 +1,6 @@
 """How wrong the rows of the touches are, and what they say about a wrench on each body."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from estimation.contact.row_layout import RemovedWrenches
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
-_potrf, _trtrs = get_lapack_funcs(("potrf", "trtrs"))
+_potrf, _trtri, _trtrs = get_lapack_funcs(("potrf", "trtri", "trtrs"))
 UNKNOWN = 1e8  # variance of a channel that is missing, in its unit squared
 
 
@@ -40,6 +41,7 @@ class RowCovariance:
         matrix: (nv, nv) covariance of ``ContactRows.rows``.
         active: Indices of the rows that still say something.
         variances: (nv,) of the readings alone, before the supports are removed.
+        jacobian: (nv, 6) that of the rows at the posture of the covariance.
     """
 
     def __init__(self, rows: ContactRows, noise: RowNoise | None = None):
@@ -54,7 +56,8 @@ class RowCovariance:
         self._motion, self._reading = self._deviations()
         self._diagonal = np.diag_indices(nv)
         self.matrix, self.variances = np.zeros((nv, nv)), np.zeros(nv)
-        self.active = np.arange(nv)
+        self.active, self.jacobian = np.arange(nv), np.zeros((nv, 6))
+        self._inlets = layout.inlets.reshape(-1)
 
     def update(
         self,
@@ -69,13 +72,23 @@ class RowCovariance:
             removed: Wrenches taken from the rows; those of the ``ContactRows`` when None.
             model_error: Standard deviation of what the model predicts, (nv,) or 0.
         """
+        for _ in self.renewal(frame, removed, model_error):
+            pass
+
+    def renewal(
+        self,
+        frame: SensorFrame,
+        removed: RemovedWrenches | None = None,
+        model_error: Array | float = 0.0,
+    ) -> Iterator[None]:
+        """``update`` in two pieces, at the posture of the rows at the first one."""
         removed = self._rows.removed if removed is None else removed
-        pin.crba(self._model, self._data, self._rows.q, pin.Convention.WORLD)
-        spread = (self._data.M + self._rotors) * self._motion
-        errors = spread @ spread.T + self._rows.bias.covariance
-        self.variances = self._variances(frame) + np.square(model_error)
-        errors[self._diagonal] += self.variances
-        self.matrix = self._without(removed, errors) if removed.subtrees else errors
+        variances = self._variances(frame) + np.square(model_error)
+        jacobian, blocks = self._rows.jacobian.copy(), self._rows.wrench_blocks()
+        errors = self._errors(variances)
+        yield
+        self.matrix = self._without(removed, errors, jacobian, blocks)
+        self.variances, self.jacobian, self._blocks = variances, jacobian, blocks
         self.active = np.flatnonzero(removed.active)
 
     def whiten(self, vectors: Array) -> Array:
@@ -83,26 +96,37 @@ class RowCovariance:
 
         Products of whitened vectors are those by the inverse covariance of the active rows.
         """
-        active = self.active
-        factor, failed = _potrf(self.matrix[np.ix_(active, active)], lower=1)
-        if failed:
-            raise np.linalg.LinAlgError("the covariance of the rows is not positive definite")
+        factor, active = self._factor(), self.active
         # both transposed: LAPACK then takes and returns them without another copy
         return _trtrs(factor, vectors.take(active, axis=1).T, lower=1, overwrite_b=1)[0].T
 
     def information(self) -> Array:
-        """Return the inverse covariance, (nv, nv); zero in the rows that are not active."""
-        inside = np.ix_(self.active, self.active)
-        result = np.zeros_like(self.matrix)
-        result[inside] = np.linalg.inv(self.matrix[inside])
-        return result
+        """Return the inverse covariance of the active rows, (a, a)."""
+        back = _trtri(self._factor(), lower=1, overwrite_c=1)[0]
+        return back.T @ back
 
     def of_wrenches(self) -> Array:
         """Covariance of ``ContactRows.wrenches``, (s, 6, 6)."""
-        maps = self._rows.wrench_map()
-        nv = len(self.matrix)
-        seen = (maps.reshape(-1, nv) @ self.matrix).reshape(maps.shape)
-        return seen @ maps.transpose(0, 2, 1)
+        blocks, inlets = self._blocks, self._inlets
+        seen = blocks.reshape(-1, len(inlets)) @ self.matrix[inlets[:, None], inlets]
+        return seen.reshape(blocks.shape) @ blocks.transpose(0, 2, 1)
+
+    def _factor(self) -> Array:
+        """Lower Cholesky factor of the covariance of the active rows, (a, a)."""
+        active = self.active
+        inside = self.matrix.take(active, axis=0).take(active, axis=1)
+        factor, failed = _potrf(inside, lower=1)
+        if failed:
+            raise np.linalg.LinAlgError("the covariance of the rows is not positive definite")
+        return factor
+
+    def _errors(self, variances: Array) -> Array:
+        """Covariance of the rows before the supports are removed, (nv, nv)."""
+        pin.crba(self._model, self._data, self._rows.q, pin.Convention.WORLD)
+        spread = (self._data.M + self._rotors) * self._motion
+        errors = spread @ spread.T + self._rows.bias.covariance
+        errors[self._diagonal] += variances
+        return errors
 
     def _deviations(self) -> tuple[Array, Array]:
         """Standard deviations of the accelerations and of the readings, (nv,) each."""
@@ -123,15 +147,21 @@ class RowCovariance:
         variances[self._cut_v[~frame.ft_valid]] = UNKNOWN
         return variances
 
-    def _without(self, removed: RemovedWrenches, errors: Array) -> Array:
+    def _without(
+        self, removed: RemovedWrenches, errors: Array, jacobian: Array, blocks: Array
+    ) -> Array:
         """Covariance E after some wrenches have been taken from the rows.
 
         With W from rows to wrenches and U back, (1 - U W) E (1 - U W)^T; few wrenches are
         removed, so the small products come first.
         """
-        nv = len(errors)
-        wrench_map = self._rows.wrench_map(removed.subtrees).reshape(-1, nv)
-        back = (removed.bears[:, :, None] * self._rows.jacobian[:, None]).reshape(nv, -1)
-        seen = wrench_map @ errors
-        taken = back @ (seen - 0.5 * (seen @ wrench_map.T) @ back.T)
-        return errors - taken - taken.T
+        if not removed.subtrees:
+            return errors
+        inlets = self._inlets
+        wrench_map = blocks[removed.subtrees].reshape(-1, len(inlets))
+        back = (removed.bears[:, :, None] * jacobian[:, None]).reshape(len(errors), -1)
+        seen = wrench_map @ errors[inlets]
+        taken = back @ (seen - 0.5 * (seen[:, inlets] @ wrench_map.T) @ back.T)
+        errors -= taken
+        errors -= taken.T
+        return errors

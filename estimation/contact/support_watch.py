@@ -64,14 +64,14 @@ class SupportWatch:
         return since is None or stamp - since > self._limits.settle * 1e9
 
     def _judge(self, foot: "_Foot", reading: Array, period: float) -> str:
-        limits, (force, moment) = self._limits, foot.wrench(reading)
-        load, before = float(force[2]), self._loads.get(foot.sensor)
+        limits, wrench = self._limits, foot.wrench(reading)
+        load, before = wrench[2], self._loads.get(foot.sensor)
         self._loads[foot.sensor] = load
         if load < limits.load:
             return f"is hardly loaded ({load:.0f} N)"
         if before is not None and period and abs(load - before) > limits.rate * period:
             return f"is loaded or relieved fast ({(load - before) / period:.0f} N/s)"
-        margin = foot.margin(force, moment)
+        margin = foot.margin(wrench)
         if margin < limits.margin:
             return f"stands on the edge of its sole ({1e3 * margin:.0f} mm)"
         return ""
@@ -79,14 +79,13 @@ class SupportWatch:
 
 @dataclass(frozen=True, eq=False)
 class _Foot:
-    """A sole and the sensor that bears it; placement sole_M_sensor."""
+    """A sole and the sensor that bears it."""
 
     subtree: int
     sensor: int
-    rotation: Array
-    arm: Array
-    low: Array  # (2,) m, corner of the sole
-    high: Array
+    turn: Array  # (6, 6) wrenches from the sensor to the sole
+    low: list[float]  # (2,) m, corner of the sole
+    high: list[float]
 
     @classmethod
     def of(cls, robot: Robot, frame: str) -> "_Foot | None":
@@ -99,16 +98,16 @@ class _Foot:
         bearer = tree.model.frames[tree.frame_id(robot.ft_frames[sensor])]
         if sole.parentJoint != bearer.parentJoint:
             return None
-        place = sole.placement.actInv(bearer.placement)
+        turn = sole.placement.actInv(bearer.placement).toDualActionMatrix()
         low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
-        return cls(subtree, sensor, place.rotation, place.translation, low, high)
+        return cls(subtree, sensor, turn, low.tolist(), high.tolist())
 
-    def wrench(self, reading: Array) -> tuple[Array, Array]:
-        """Force and moment of the floor on the sole, in its axes and about its origin."""
-        force = -self.rotation @ reading[:3]
-        return force, np.cross(self.arm, force) - self.rotation @ reading[3:]
+    def wrench(self, reading: Array) -> list[float]:
+        """Wrench of the floor on the sole, in its axes and about its origin."""
+        return (-self.turn.dot(reading)).tolist()
 
-    def margin(self, force: Array, moment: Array) -> float:
+    def margin(self, wrench: list[float]) -> float:
         """Distance from the centre of pressure to the nearest edge, negative outside [m]."""
-        center = np.array(center_of_pressure(force.tolist(), moment.tolist(), None)[:2])
-        return float(np.minimum(center - self.low, self.high - center).min())
+        center = center_of_pressure(wrench[:3], wrench[3:], None)
+        edges = zip(center, self.low, self.high, strict=False)
+        return min(min(at - low, high - at) for at, low, high in edges)

@@ -1,6 +1,6 @@
 """Where each touched limb is touched, as long as it is touched."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import expm1
 
 import numpy as np
@@ -15,7 +15,6 @@ from estimation.contact.touch_map import TouchMap, touch_map
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
-Statistic = Callable[[Array], Array]
 SUDDEN = 2.0  # standard deviations of a limb's wrench from the smooth one: it changes
 
 
@@ -60,7 +59,11 @@ class TouchLocator:
             del self.fits[limb], self._filters[limb]
             self._localiser.method.forget(limb)
 
-    def add(self, touch: Array, period: float, statistic: Statistic | None = None) -> None:
+    def change(self, touch: Array) -> Array:
+        """How far tared rows, (nv,), are from the smooth ones."""
+        return touch - self._smooth
+
+    def add(self, touch: Array, period: float, change: float = 0.0) -> None:
         """Take tared rows, ``period`` seconds after the last ones.
 
         A wrench that changes suddenly, as in a tap, is smoothed less: the smooth rows stay
@@ -69,15 +72,12 @@ class TouchLocator:
         Args:
             touch: (nv,) rows.
             period: s.
-            statistic: Tells how many standard deviations the wrench of each sub-tree is
-                away from nothing, (s,) from (nv,); without it all changes are smoothed alike.
+            change: Largest wrench of a sub-tree in ``change`` of the rows, in standard
+                deviations.
         """
         blend = 1.0 if self._fresh else -expm1(-period / self.smoothing)
-        change = touch - self._smooth
-        if statistic is not None:
-            largest = max(float(statistic(change).max()), SUDDEN)
-            blend = max(blend, 1.0 - (SUDDEN / largest) ** 2)
-        self._smooth += blend * change
+        blend = max(blend, 1.0 - (SUDDEN / max(change, SUDDEN)) ** 2)
+        self._smooth += blend * self.change(touch)
         self._fresh = False
 
     def locate(

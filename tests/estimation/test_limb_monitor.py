@@ -10,9 +10,10 @@ MS = 1_000_000
 
 def watch(monitor: LimbMonitor, statistics: list[float], force: float = 5.0) -> list[LimbFlag]:
     """Feed one value per 10 ms to a monitor of one limb."""
-    values = [np.array([value]) for value in statistics]
-    norm = np.array([force])
-    return [monitor.update(v, norm, 10 * MS * (i + 1), [""])[0] for i, v in enumerate(values)]
+    return [
+        monitor.update([value], [force], 10 * MS * (i + 1), [""])[0]
+        for i, value in enumerate(statistics)
+    ]
 
 
 def test_a_contact_begins_above_the_threshold_and_remembers_its_onset() -> None:
@@ -30,7 +31,7 @@ def test_a_contact_ends_only_well_below_the_threshold_for_a_while() -> None:
 def test_a_hard_contact_is_a_collision_until_it_eases() -> None:
     monitor = LimbMonitor(("arm",), Levels(collision=40.0, collision_release=0.8))
     states = [
-        monitor.update(np.array([99.0]), np.array([force]), 10 * MS * (i + 1), [""])[0].state
+        monitor.update([99.0], [force], 10 * MS * (i + 1), [""])[0].state
         for i, force in enumerate([20.0, 41.0, 35.0, 31.0, 35.0])
     ]
     assert states == ["contact", "collision", "collision", "contact", "contact"]
@@ -39,7 +40,7 @@ def test_a_hard_contact_is_a_collision_until_it_eases() -> None:
 def test_a_limb_that_cannot_be_judged_says_why_and_forgets_its_contact() -> None:
     monitor = LimbMonitor(("arm",))
     watch(monitor, [50.0])
-    blind = monitor.update(np.array([50.0]), np.array([9.0]), 20 * MS, ["sensor is invalid"])[0]
+    blind = monitor.update([50.0], [9.0], 20 * MS, ["sensor is invalid"])[0]
     assert (blind.state, blind.valid, blind.reason) == ("none", False, "sensor is invalid")
     assert blind.force == 0.0
 
@@ -51,7 +52,7 @@ def test_a_noisy_quiet_period_raises_a_threshold_and_a_calm_one_does_not_lower_i
 
 
 def test_at_the_threshold_the_odds_are_even() -> None:
-    probability = contact_probability(np.array([0.0, 6.0, 40.0]), np.full(3, 6.0))
+    probability = [contact_probability(value, 6.0) for value in (0.0, 6.0, 40.0)]
     assert probability[0] < 1e-6
     assert probability[1] == pytest.approx(0.5)
     assert probability[2] > 1.0 - 1e-6

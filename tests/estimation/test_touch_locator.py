@@ -1,13 +1,17 @@
 """How the rows of a touch are smoothed before its place is looked for."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from estimation.contact.row_covariance import RowNoise
-from estimation.contact.touch_locator import Statistic, TouchLocator
+from estimation.contact.touch_locator import TouchLocator
 from robot_model import load_robot
 from tests.estimation.touched_rows import TouchedRows
 
+Array = np.ndarray
+Statistic = Callable[[Array], Array]
 PERIOD = 0.004  # s
 
 
@@ -34,14 +38,18 @@ def statistic(touched: TouchedRows) -> Statistic:
     return norm
 
 
+def add(locator: TouchLocator, rows: Array, statistic: Statistic) -> None:
+    locator.add(rows, PERIOD, float(statistic(locator.change(rows)).max()))
+
+
 def test_a_sudden_push_has_its_force_after_a_few_samples(
     touched: TouchedRows, locator: TouchLocator, statistic: Statistic
 ) -> None:
     index = int(touched.points_of("l_forearm")[40])
     limb = touched.robot.subtree_of("l_forearm")
-    locator.add(np.zeros(touched.rows.layout.model.nv), PERIOD, statistic)
+    add(locator, np.zeros(touched.rows.layout.model.nv), statistic)
     for _ in range(5):
-        locator.add(touched.push(index, 15.0), PERIOD, statistic)
+        add(locator, touched.push(index, 15.0), statistic)
     best = locator.locate(touched.frame, [limb], [], 0.0, 0).hypotheses[0]
     assert np.linalg.norm(best.force) == pytest.approx(15.0, abs=0.5)
 
@@ -54,7 +62,7 @@ def test_noise_is_smoothed_although_sudden_changes_are_followed(
     smooth, rough = [], []
     for step in range(120):
         rows = push + touched.noise(0.3)  # white noise is a part of what is expected
-        locator.add(rows, PERIOD, statistic)
+        add(locator, rows, statistic)
         if step >= 60 and step % 2:
             seen = locator.locate(touched.frame, [limb], [], 0.0, 0).hypotheses[0]
             smooth.append(np.linalg.norm(seen.force))
