@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Runs the tests. Those that start no processes fill the pauses of the others, unless
-# some are chosen: scripts/test.sh PYTHON [PYTEST-ARGUMENT ...]
+# Runs the tests in three sets beside each other, because most of them wait: for leases,
+# back-offs and robots in slow motion. Those that choose files run by themselves:
+# scripts/test.sh PYTHON [PYTEST-ARGUMENT ...]
 set -u
 python=$1
 shift
@@ -8,18 +9,33 @@ for argument in "$@"; do
   if [ -e "${argument%%::*}" ]; then exec "$python" -m pytest "$@"; fi
 done
 
-maths="tests/estimation tests/robot_model tests/robot_sim tests/experiments"
-others=$(ls -d tests/*/ | sed 's:/$::' | grep -vxE "${maths// /|}|tests/(data|soak|__pycache__)")
-log=$(mktemp)
-trap 'kill "$beside" 2>/dev/null; rm -f "$log"' EXIT
-nice -n 10 "$python" -m pytest -o timeout=900 "$@" $maths >"$log" 2>&1 &
-beside=$!
-"$python" -m pytest "$@" $others
-first=$?
-wait "$beside"
-second=$?
-cat "$log"
-nothing=5  # pytest's status where no test was chosen, by -k for instance
-if [ "$first" = $nothing ]; then exit "$second"; fi
-if [ "$second" = $nothing ]; then second=0; fi
-exit $((first ? first : second))
+maths="tests/estimation tests/robot_model tests/robot_sim tests/experiments"  # no processes
+robots="tests/browser tests/system"  # whole robots, one after the other
+network="tests/multihost"  # after those: counts seconds of a cable that is out
+named="$maths $robots $network tests/data tests/soak tests/__pycache__"
+processes=$(ls -d tests/*/ | sed 's:/$::' | grep -vxE "${named// /|}")
+status=5  # pytest's where no test was chosen, by -k for instance
+logs=$(mktemp -d)
+trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$logs"' EXIT
+
+note() {  # STATUS: keeps the first failure of all sets
+  if [ "$1" != 5 ] && { [ "$status" = 5 ] || [ "$status" = 0 ]; }; then status=$1; fi
+}
+
+finish() {  # PID LOG: waits for a set in the background
+  wait "$1"
+  note $?
+  cat "$logs/$2"
+}
+
+nice -n 10 "$python" -m pytest -o timeout=900 "$@" $maths >"$logs/maths" 2>&1 &
+maths_pid=$!
+"$python" -m pytest "$@" $processes >"$logs/processes" 2>&1 &
+processes_pid=$!
+"$python" -m pytest "$@" $robots
+note $?
+finish "$processes_pid" processes
+"$python" -m pytest "$@" $network
+note $?
+finish "$maths_pid" maths
+exit "$status"
