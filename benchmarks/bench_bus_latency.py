@@ -6,7 +6,7 @@ message in the hands of the other process. Sizes are those of the payload; the b
 envelope of some 100 bytes. All transports take turns in bursts of one run, in both directions
 through the list, so that the machine's changing speed hits all alike. Both processes have
 real-time priority where the system permits it, as our control services have. Messages are
-paced at 1 kHz (1 MB: 50 Hz), so that every one meets an idle, cold process.
+paced at 1 kHz (1 MB: 100 Hz), so that every one meets an idle, cold process.
 
 Raw Zenoh has the settings of our sessions and is used in both patterns that receive in the main
 thread; ratios are to the faster one. The sensor frame is one of a robot of 32 joints, and its
@@ -79,7 +79,7 @@ def _measure(ends: dict[str, End], rounds: int) -> Times:
     times: Times = {cell: [] for cell in plan}
     for number in range(rounds):
         for name, size in plan if number % 2 else reversed(plan):
-            rate, count = (50.0, 10) if size == LARGEST else (1000.0, 60)
+            rate, count = (100.0, 50) if size == LARGEST else (1000.0, 60)
             times[name, size] += _burst(ends[name], size, rate, count + WARM_UP)[WARM_UP:]
     return times
 

@@ -24,7 +24,7 @@ from bus.port_table import CLAIM_TIMEOUT, PortTable
 from bus.rpc import call
 from bus.rpc_server import Handler, RpcServer
 from bus.saved_settings import save_settings
-from bus.session import LOOPBACK, open_session
+from bus.session import open_session, where_to_listen
 from bus.signals import stop_flag
 from bus.stream import THINNED_HZ
 from bus.tokens import Owner, Token
@@ -40,7 +40,9 @@ class Node:
     Args:
         name: The service's name, as in ``torque_observer``.
         connect: The hub's endpoint; None finds it ($WRENCHBUS_CONNECT, runtime directory).
-        listen: Where other processes reach this one; None is a free loopback port.
+        listen: Where other processes reach this one; None is a free port: on the loopback, or
+            where a hub on another machine is joined without protection, at the address that
+            faces it.
         namespace: Prefix of all keys; None takes that of the entry found.
         zenoh_config: A Zenoh JSON5 file laid under our settings (certificates, access).
         clock_port: The simulated clock to follow, as in ``/icub/clock:o``.
@@ -78,8 +80,10 @@ class Node:
         self.beats: list[Callable[[], None]] = []  # called at every wait
         self.parameters = parameters or Parameters()
         self.clock = SessionClock(lockstep, self.wait, lambda: self.running)
+        insecure = insecure or runtime_directory.is_insecure(endpoint)
+        listen = listen or where_to_listen(endpoint, insecure and zenoh_config is None)
         self.session = open_session(
-            "peer", [endpoint], [listen or LOOPBACK], self.namespace, zenoh_config, insecure
+            "peer", [endpoint], [listen], self.namespace, zenoh_config, insecure
         )
         self.opened_at = time.monotonic()
         _close_before_joining_threads(self)

@@ -13,6 +13,7 @@ import zenoh
 from bus import runtime_directory
 from bus.errors import BusError
 from bus.links import look_after_links
+from bus.sockets import endpoint_address, own_address
 
 logger = logging.getLogger(__name__)
 
@@ -74,6 +75,21 @@ def open_session(
         raise BusError(f"cannot open the bus ({', '.join(endpoints)}): {error}") from error
     look_after_links(session, LEASE)
     return session
+
+
+def where_to_listen(hub: str, insecure: bool = False) -> str:
+    """Return where others reach a session that joins a hub, when nobody says.
+
+    That is the address from which the hub is reached, if links without protection may leave
+    this machine: else two that both joined from elsewhere would never be linked.
+    """
+    if is_local(hub) or not hub.startswith("tcp/") or not insecure:
+        return LOOPBACK
+    try:
+        host = own_address(*endpoint_address(hub))
+    except OSError:  # no way there, for the time being
+        return LOOPBACK
+    return f"tcp/[{host}]:0" if ":" in host else f"tcp/{host}:0"
 
 
 def check_local(endpoints: Iterable[str], insecure: bool = False) -> None:

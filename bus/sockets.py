@@ -24,6 +24,14 @@ def endpoint_address(endpoint: str) -> Address:
     return host.strip("[]"), int(port)
 
 
+def own_address(host: str, port: int) -> str:
+    """Return the address from which this machine reaches another; raise OSError without a way."""
+    family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+    with socket.socket(family, kind) as probe:
+        probe.connect(address)  # sends nothing
+        return probe.getsockname()[0]
+
+
 def let_go(own: Address, other: Address, patience: float) -> bool:
     """Let the connection between two addresses not linger when it is closed.
 

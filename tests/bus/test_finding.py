@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from bus import BusError, Node, runtime_directory
-from bus.session import is_local
+from bus.session import LOOPBACK, is_local, where_to_listen
 
 
 @pytest.fixture(autouse=True)
@@ -97,3 +97,11 @@ def test_endpoints_that_leave_the_machine_are_told_apart(endpoint, local):
 def test_an_unprotected_endpoint_of_another_machine_is_refused():
     with pytest.raises(BusError, match="leaves this machine.*--insecure"):
         Node("x", connect="tcp/192.0.2.1:7512", signals=False)
+
+
+def test_only_who_may_leave_the_machine_listens_where_others_reach_it():
+    assert where_to_listen("tcp/127.0.0.1:7512", insecure=True) == LOOPBACK
+    assert where_to_listen("tcp/192.0.2.1:7512", insecure=False) == LOOPBACK
+    assert where_to_listen("tls/192.0.2.1:7512", insecure=True) == LOOPBACK
+    # reached from the loopback, though it says more
+    assert where_to_listen("tcp/0.0.0.0:7512", insecure=True) == "tcp/127.0.0.1:0"
