@@ -27,6 +27,7 @@ from .touch_table import touch_table
 from .touches import alarm
 from .view import View
 from .watch import Watch
+from .wrench_table import wrench_table
 
 
 class Page:
@@ -106,6 +107,7 @@ class Page:
             panel.strip.content = self._strip.html(known.contacts)
             panel.ports.content = port_table(self._watch.outputs, self._inputs.ages())
             panel.inputs.content = input_table(self._watch.inputs)
+            panel.wrenches.content = wrench_table(known.wrenches, tuple(self._default_links))
             panel.offsets.content = offset_table(self._watch.observer)
 
     def _draw_torques(self, known: Snapshot) -> None:

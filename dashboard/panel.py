@@ -62,6 +62,7 @@ class Panel:
             self.recording = gui.add_html(note("recording", ""))
             self.touches = gui.add_html("")  # comes and goes: the buttons above it must not move
             self._add_legend(gui, config)
+            self.wrenches = gui.add_html("")
             self.offsets = gui.add_html("")
             gui.add_html(note("torques-title", TORQUES))
             self.torques = gui.add_html("")

@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # half a second, for those who draw
 Array = np.ndarray
 POINTS = 400  # of a line, at most
 WIDTH, HEIGHT = 4.2, 1.8  # inch, of a panel
+TOP, BOTTOM = 0.7, 0.45  # inch, around the panels
 STROKES = (("#1f77b4", "-"), ("#d95f02", "--"), ("#555555", ":"))
 STYLE = {
     "svg.fonttype": "none",
@@ -25,7 +26,6 @@ STYLE = {
     "axes.grid": True,
     "grid.color": "#e5e5e5",
     "legend.frameon": False,
-    "figure.constrained_layout.use": True,
 }
 
 
@@ -49,7 +49,16 @@ def _figure(title: str, time: Array, panels: Sequence[Panel], columns: int) -> "
     from matplotlib.figure import Figure
 
     rows = -(-len(panels) // columns)
-    figure = Figure(figsize=(columns * WIDTH, rows * HEIGHT + 0.6))
+    size = columns * WIDTH, rows * HEIGHT + TOP + BOTTOM
+    figure = Figure(size)
+    figure.subplots_adjust(
+        left=0.7 / size[0],
+        right=1.0 - 0.1 / size[0],
+        wspace=0.22,
+        bottom=BOTTOM / size[1],
+        top=1.0 - TOP / size[1],
+        hspace=0.28,
+    )
     keep = slice(None, None, max(1, -(-len(time) // POINTS)))
     for i, panel in enumerate(panels):
         axes = figure.add_subplot(rows, columns, i + 1)
@@ -57,7 +66,7 @@ def _figure(title: str, time: Array, panels: Sequence[Panel], columns: int) -> "
         if i + columns >= len(panels):
             axes.set_xlabel("time [s]")
     lines = figure.axes[0].get_legend_handles_labels()
-    figure.legend(*lines, loc="outside upper center", ncols=3, title=title, title_fontsize=11.0)
+    figure.legend(*lines, loc="upper center", ncols=3, title=title, title_fontsize=11.0)
     return figure
 
 
@@ -66,6 +75,7 @@ def _draw(axes: "Axes", panel: Panel, time: Array, keep: slice) -> None:
         axes.plot(time[keep], values[keep], color=color, linestyle=dash, label=label)
     axes.set_ylabel(panel.title)
     axes.margins(x=0.0)
+    axes.locator_params(nbins=5)
 
 
 def _svg(figure: "Figure") -> str:
