@@ -102,7 +102,7 @@ class ContactDetector:
         # the wrenches of what is felt and of how it changes, in one go
         both = np.array((touch, self.locator.change(touch)))
         (statistic, change), (self.force, _) = self._limb_statistic.evaluate(both)
-        self.locator.add(touch, period, float(change.max()))
+        self.locator.add(touch, period, max(change.tolist()))
         told = statistic.tolist(), self.force.tolist()
         flags = self.monitor.update(*told, stamp, self._reasons)
         self.body = self._judge_body(touch, stamp)

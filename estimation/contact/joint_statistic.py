@@ -45,16 +45,16 @@ class JointStatistic:
         self._choose()
         information = covariance.information()
         columns = covariance.jacobian[self._active].T.copy()
-        projections, forces = np.empty_like(self._projection), np.empty_like(self._forces)
+        bodies, rows = self._bears.shape
+        projections, forces = np.empty((bodies, 6, rows)), np.empty((bodies, 3, 6))
         for part in np.array_split(np.arange(len(self._bears)), PARTS):
             yield
             projections[part], forces[part] = _project(self._bears[part], columns, information)
-        self._projection, self._forces = projections, forces
+        self._projection, self._forces = projections.reshape(-1, rows), forces
 
     def evaluate(self, touch: Array) -> JointValue:
         """Return the statistic of the rows of one sample, (nv,), tared."""
-        projection = self._projection.reshape(-1, len(self._active))
-        shares = projection.dot(touch.take(self._active)).reshape(-1, 6)
+        shares = self._projection.dot(touch.take(self._active)).reshape(-1, 6)
         gains = np.vecdot(shares, shares)
         best = int(gains.argmax())
         x, y, z = self._forces[best].dot(shares[best]).tolist()
@@ -62,8 +62,7 @@ class JointStatistic:
 
     def of_rows(self, touches: Array) -> Array:
         """Return the statistic of many samples at the same posture, (T, nv) to (T,)."""
-        projection = self._projection.reshape(-1, len(self._active))
-        shares = (touches[:, self._active] @ projection.T).reshape(len(touches), -1, 6)
+        shares = (touches[:, self._active] @ self._projection.T).reshape(len(touches), -1, 6)
         return np.sqrt(np.square(shares).sum(axis=2).max(axis=1))
 
     def _choose(self) -> None:
@@ -76,8 +75,6 @@ class JointStatistic:
         free = np.flatnonzero(~np.isin(layout.subtree, removed.subtrees))
         bears, first = np.unique(layout.bears[free][:, self._active], axis=0, return_index=True)
         self._bears, self._subtree = bears.astype(float), layout.subtree[free[first]]
-        self._projection = np.zeros((len(bears), 6, len(self._active)))
-        self._forces = np.zeros((len(bears), 3, 6))
 
 
 def _project(bears: Array, columns: Array, information: Array) -> tuple[Array, Array]:

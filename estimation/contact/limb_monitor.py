@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from math import tanh
 from typing import NamedTuple
 
@@ -96,17 +97,23 @@ class LimbMonitor:
             stamp: Time of the sample [ns].
             reasons: Why a limb cannot be judged, "" if it can.
         """
-        values = zip(self.limbs, statistic, self._eta, force, reasons, strict=True)
-        flags = []
-        for i, (limb, value, eta, norm, reason) in enumerate(values):
+        values = zip(statistic, self._eta, force, reasons, strict=True)
+        for i, (value, eta, norm, reason) in enumerate(values):
             if reason:
                 self._states[i], self._onset[i], self._below[i] = "none", 0, 0
-                flags.append(LimbFlag(limb, "none", 0.0, 0, 0.0, False, reason))
-                continue
-            if value > eta or self._states[i] != "none":
+            elif value > eta or self._states[i] != "none":
                 self._judge(i, value, eta, norm, stamp)
-            odds, state, onset = contact_probability(value, eta), self._states[i], self._onset[i]
-            flags.append(LimbFlag(limb, state, odds, onset, norm, True, "", value, eta))
+        return self._flags(statistic, force, reasons)
+
+    def _flags(
+        self, statistic: Sequence[float], force: Sequence[float], reasons: list[str]
+    ) -> list[LimbFlag]:
+        odds, eta = map(contact_probability, statistic, self._eta), self._eta
+        columns = self.limbs, self._states, odds, self._onset, force
+        flags = [*map(LimbFlag._make, zip(*columns, repeat(True), repeat(""), statistic, eta))]
+        for i, reason in enumerate(reasons):
+            if reason:
+                flags[i] = LimbFlag(self.limbs[i], "none", 0.0, 0, 0.0, False, reason)
         return flags
 
     def _judge(self, i: int, value: float, eta: float, force: float, stamp: int) -> None:
