@@ -1,4 +1,7 @@
-"""A click on the robot is felt where it was clicked: every service is the real one."""
+"""The page of a whole simulated robot: every service is the real one.
+
+Pushes, by the button and by a click on the robot, are felt where they act.
+"""
 
 from collections.abc import Iterator
 
@@ -6,6 +9,7 @@ import numpy as np
 import pytest
 
 from bus import Input
+from dashboard.chromium import choose
 from dashboard.placement import Placement
 from robot_model import Robot, load_robot
 from robot_model.messages import Contacts
@@ -16,6 +20,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.system, pytest.mark.timeout(900)]
 # slow motion: a browser that draws in software leaves little to the services
 PLANT = ("--set", "profile=ideal", "--set", "scenario=quiet", "--set", "speed=0.2")
 LINK = "l_forearm"
+TOUCHED = r"^contact: l_forearm [0-9.]+ N p=[01]\.\d\d$"
 CLOSE = 0.03  # [m]
 DISTANCE = 0.5  # [m] of the camera from the forearm
 
@@ -25,7 +30,7 @@ def robot() -> Robot:
     return load_robot("icub")
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def stack(robot: Robot) -> Iterator[Stack]:
     """A robot whose page looks straight at the left forearm, from outside."""
     target, outward = forearm(robot)
@@ -52,11 +57,18 @@ def forearm(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     return middle, np.array([0.0, np.sign(middle[1]), 0.0])
 
 
-def test_a_click_on_the_left_forearm_is_a_contact_there_within_3_cm(stack, look):
+@pytest.fixture
+def page(stack: Stack, look):
+    """The page of a robot that nothing touches."""
+    stack.simulate("release")  # what an earlier test has pushed
+    opened = look(stack.node.call("/dashboard/rpc:i", "status")["url"])
+    opened.await_text("status", r"^live t = [0-9.]+ s$")
+    opened.await_text("alarm", "^no contact$")
+    return opened
+
+
+def test_a_click_on_the_left_forearm_is_a_contact_there_within_3_cm(stack, page):
     truths = stack.listen("truth")
-    page = look(stack.node.call("/dashboard/rpc:i", "status")["url"])
-    page.await_text("status", r"^live t = [0-9.]+ s$")
-    page.await_text("alarm", "^no contact$")
     page.click_scene(0.5, 0.5)
     page.await_text("result", f"^push 15 N on {LINK} where it was clicked: ")
     point = np.array(stack.until(lambda: _push(truths), lambda: "no push on the forearm"))
@@ -66,6 +78,28 @@ def test_a_click_on_the_left_forearm_is_a_contact_there_within_3_cm(stack, look)
         lambda: f"errors of the place [m]: {seen[-9:]}",
     )
     page.await_text("last", f"^last contact: {LINK} ")
+
+
+def test_a_push_is_a_contact_there_and_tare_pause_and_stop_are_heard(stack, page):
+    choose(page.page, "Link", LINK)
+    page.press("Push")
+    page.await_text("alarm", TOUCHED)
+    stack.simulate("release")  # sooner than by itself
+    page.await_text("alarm", "^no contact$")
+    page.await_text("last", "^last contact: l_")
+
+    page.press("Tare")
+    page.await_text("result", "^tare (torque_observer|contact_detector): ")
+
+    page.press("Pause")
+    page.await_text("status", "^paused")
+    page.press("Resume")
+    page.await_text("status", "^live")
+
+    page.press("Stop")
+    page.await_text("status", "stopped")
+    page.press("Release")
+    page.await_text("status", r"^live t = [0-9.]+ s$")
 
 
 def _push(truths: Input) -> list[float] | None:
