@@ -32,12 +32,20 @@ def machine() -> dict[str, str]:
     return {"cpu": model, "system": platform.platform(terse=True), **packages}
 
 
-def record_live(robot: Robot, path: Path, ticks: int) -> Recording:
-    """Record a robot that is measured as a real one would be, and pushed; from its first tick."""
+def record_live(robot: Robot, path: Path, ticks: int, truth: bool = True) -> Recording:
+    """Record a robot that is measured as a real one would be, and pushed; from its first tick.
+
+    The feed-forward is cut: whether it reaches the plant one tick earlier or later is
+    chance, and equal arguments shall give equal recordings.
+    """
     plant = ["--set", f"participants={_listed(PARTICIPANTS)}", "--set", "paused=true"]
-    settings = _settings({"robot_sim": [*plant, "--set", "profile=realistic"]})
+    plant += ["--set", "profile=realistic", "--set", f"truth={str(truth).lower()}"]
+    server = ["--set", "inputs={feedforward: /icub/nothing:o}"]
+    settings = _settings({"robot_sim": plant, "sensor_server": server})
+    names = [*outputs(robot), ports.name("raw", robot)]
+    names += [ports.name("truth", robot)] if truth else []
     with Stack(robot, settings, without=["dashboard"]) as stack:
-        with _Capture(stack, path, [*outputs(robot), ports.name("raw", robot)]) as recorder:
+        with _Capture(stack, path, names) as recorder:
             for tick in range(0, ticks, CHUNK):
                 if tick == PUSHED:
                     stack.simulate("push", **PUSH)

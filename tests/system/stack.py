@@ -31,6 +31,7 @@ SETTINGS = {
 }
 PATIENCE = 60.0  # s; two loaded cores
 SILENT = 0.5  # s without a message
+END_WITHIN = 5.0  # s
 
 
 class Stack:
@@ -150,6 +151,18 @@ class Stack:
         for name, process in self.processes.items():
             status = process.popen.poll()
             assert name in but or status is None, f"{name} ended with {status}:\n{process.output}"
+
+    def assert_ends(self, number: signal.Signals, names: Iterable[str]) -> None:
+        """Send a signal to processes and see them end with status 0, silently, without children."""
+        children = self.children()
+        for name in names:
+            self.processes[name].send(number)
+        deadline = time.monotonic() + END_WITHIN
+        for name in names:
+            process = self.processes[name]
+            assert process.ended(max(0.1, deadline - time.monotonic())) == 0, process.output
+            assert "Traceback" not in process.output, process.output
+        assert not psutil.wait_procs(children, timeout=1.0)[1]
 
     def children(self) -> list[psutil.Process]:
         """Every process that the services have started themselves."""

@@ -21,12 +21,29 @@ LAST = 8  # messages that may lie in bundles that nothing completed
 TOLERANCE = 1e-6  # where the reference was made by another machine's arithmetic
 
 
-def test_a_replay_says_what_was_said_live(robot: Robot, tmp_path: Path):
-    live = record_live(robot, tmp_path / "live.mcap", TICKS)
-    replayed = record_replay(robot, live.path, tmp_path / "replayed.mcap")
-    for name, found in differences(live, replayed, outputs(robot)).items():
+@pytest.fixture(scope="module")
+def live(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    return record_live(robot, tmp_path_factory.mktemp("live") / "live.mcap", TICKS)
+
+
+def assert_same_estimates(robot: Robot, live: Recording, other: Recording) -> None:
+    for name, found in differences(live, other, outputs(robot)).items():
         assert (found.differing, found.largest) == (0, 0.0), name
         assert found.common > 10 and found.only_first <= 2 * LAST, (name, found)
+
+
+def test_a_replay_says_what_was_said_live(robot: Robot, live: Recording, tmp_path: Path):
+    assert_same_estimates(robot, live, record_replay(robot, live.path, tmp_path / "replayed.mcap"))
+
+
+def test_no_estimate_changes_when_the_truth_port_is_absent(
+    robot: Robot, live: Recording, tmp_path: Path
+):
+    truth = ports.name("truth", robot)
+    assert live.ports[truth].count
+    without = record_live(robot, tmp_path / "without.mcap", TICKS, truth=False)
+    assert truth not in without.ports
+    assert_same_estimates(robot, live, without)
 
 
 def test_the_estimates_are_those_of_the_kept_recording(robot: Robot, tmp_path: Path):
