@@ -21,7 +21,7 @@ class RowNoise:
 
     acceleration: float = 0.02  # m/s^2, proper
     angular_acceleration: float = 0.15  # rad/s^2
-    joint_acceleration: float = 0.08  # rad/s^2
+    joint_acceleration: float = 0.08  # rad/s^2, least; encoders that count make more
     ft_force: float = 0.1  # N
     ft_moment: float = 0.01  # N m
     torque: float = 0.3  # N m; leaves room for friction that nobody modelled
@@ -71,7 +71,7 @@ class RowCovariance:
         """
         removed = self._rows.removed if removed is None else removed
         pin.crba(self._model, self._data, self._rows.q, pin.Convention.WORLD)
-        spread = (self._data.M + self._rotors) * self._motion
+        spread = (self._data.M + self._rotors) * self._deviation_of_motion(frame)
         errors = spread @ spread.T + self._rows.bias.covariance
         self.variances = self._variances(frame) + np.square(model_error)
         errors[self._diagonal] += self.variances
@@ -114,6 +114,14 @@ class RowCovariance:
         reading[self._joint_v] = noise.torque
         reading[self._cut_v] = np.repeat([noise.ft_force, noise.ft_moment], 3)
         return motion, reading
+
+    def _deviation_of_motion(self, frame: SensorFrame) -> Array:
+        """Standard deviations of the accelerations of a frame, (nv,)."""
+        motion = self._motion.copy()
+        if frame.ddq_deviation is not None:
+            told = np.maximum(frame.ddq_deviation, self.noise.joint_acceleration)
+            motion[self._joint_v] = told
+        return motion
 
     def _variances(self, frame: SensorFrame) -> Array:
         """Variances of the readings, (nv,)."""
