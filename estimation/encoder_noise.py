@@ -12,8 +12,8 @@ import numpy as np
 from estimation.differentiation import Weights
 
 Array = np.ndarray
-HARMONICS = 60
-FASTEST = 150.0  # counts/s, beyond which the error is taken as white
+HARMONICS = 30
+FASTEST = 1100.0  # counts/s, beyond which the error is taken as white
 UNSTEADY = 15.0  # counts/s, by which a rate may change before somebody looks again
 LEAST = 1e-9  # rad; what is less is rounding
 

@@ -21,7 +21,7 @@ from robot_model import Robot
 from robot_model.messages import RawFrame, SensorFrame
 
 Array = np.ndarray
-JUDGE = 16  # frames after which the noise of the accelerations is told anew
+JUDGE = 4  # frames after which the noise of the accelerations is told anew
 FLAG_OF_FIELD = {"q": "joint_valid", "dq": "joint_valid", "ddq": "joint_valid"}
 FLAG_OF_FIELD |= {"motor_torque": "joint_valid", "ft": "ft_valid", "imu_quat_wxyz": "imu_valid"}
 FLAG_OF_FIELD |= dict.fromkeys(("imu_gyro", "imu_acc", "imu_dgyro"), "imu_valid")

@@ -220,7 +220,8 @@ class ContactDetector:
         )
         age = (stamp - self._covariance_stamp) * 1e-9
         changed = flags != self._flags
-        if not changed and age < self.settings.covariance_time:
+        fresh = age < self.settings.covariance_time and not self.covariance.outdated(frame)
+        if fresh and not changed:
             return
         self._flags, self._covariance_stamp = flags, stamp
         if changed:

@@ -12,6 +12,8 @@ from robot_model.messages import SensorFrame
 
 Array = np.ndarray
 _potrf, _trtrs = get_lapack_funcs(("potrf", "trtrs"))
+RISE = 1.5  # of an acceleration's deviation, from which a covariance is too small
+TRAVEL = 0.03  # rad times rad/s^2; so far the joints go, and so wrong are their accelerations
 UNKNOWN = 1e8  # variance of a channel that is missing, in its unit squared
 
 
@@ -52,6 +54,8 @@ class RowCovariance:
         self._rotors = np.zeros((nv, nv), order="F")
         self._rotors[np.ix_(self._joint_v, self._joint_v)] = rows.robot.rotor_inertia
         self._motion, self._reading = self._deviations()
+        self._joint_deviation = self._motion[self._joint_v]
+        self._posture = rows.q[layout.tree.joint_q]
         self._diagonal = np.diag_indices(nv)
         self.matrix, self.variances = np.zeros((nv, nv)), np.zeros(nv)
         self.active = np.arange(nv)
@@ -77,6 +81,15 @@ class RowCovariance:
         errors[self._diagonal] += self.variances
         self.matrix = self._without(removed, errors) if removed.subtrees else errors
         self.active = np.flatnonzero(removed.active)
+
+    def outdated(self, frame: SensorFrame) -> bool:
+        """Whether an acceleration is much more uncertain than at the last ``update``, or the
+        posture so far away that its column of the mass matrix is another."""
+        told, used = frame.ddq_deviation, self._joint_deviation
+        if told is None:
+            return False
+        travel = np.abs(frame.q - self._posture).max()
+        return travel * used.max() > TRAVEL or bool((told > RISE * used).any())
 
     def whiten(self, vectors: Array) -> Array:
         """Return vectors of rows, (m, nv), in standard deviations, (m, active rows).
@@ -117,10 +130,10 @@ class RowCovariance:
 
     def _deviation_of_motion(self, frame: SensorFrame) -> Array:
         """Standard deviations of the accelerations of a frame, (nv,)."""
-        motion = self._motion.copy()
-        if frame.ddq_deviation is not None:
-            told = np.maximum(frame.ddq_deviation, self.noise.joint_acceleration)
-            motion[self._joint_v] = told
+        motion, least = self._motion.copy(), self.noise.joint_acceleration
+        told = frame.ddq_deviation
+        self._joint_deviation = np.full(len(frame.ddq), least) if told is None else told.clip(least)
+        motion[self._joint_v], self._posture = self._joint_deviation, frame.q
         return motion
 
     def _variances(self, frame: SensorFrame) -> Array:
