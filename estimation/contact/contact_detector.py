@@ -30,6 +30,7 @@ class DetectorSettings:
     noise: RowNoise = field(default_factory=RowNoise)
     levels: Levels = field(default_factory=Levels)
     model_error: float = 0.02  # part of a change of the predicted rows that may be wrong
+    gain_error: float = 0.02  # likewise of a change of what force/torque sensors read
     covariance_time: float = 0.1  # how long a covariance is used
     smoothing: float = 0.06  # time constant of the rows that a touch is located with
     drift_time: float = 20.0  # time constant of the slow tare
@@ -64,7 +65,7 @@ class ContactDetector:
         self.calibration: ContactCalibration | None = None
         self._boundary = np.abs(self.rows.layout.incidence[:, 1:])
         nv = self.rows.layout.model.nv
-        self._expected = np.zeros(nv)
+        self._expected, self._carried = np.zeros(nv), np.zeros((len(robot.ft_sensors), 6))
         self._touch = np.zeros(nv)
         self.tared = False
         self.reset()
@@ -117,7 +118,7 @@ class ContactDetector:
     def tare(self, quiet: Quiet) -> None:
         """Take the offsets and thresholds that a quiet period showed."""
         self.rows.bias.tare(quiet.rows, self.rows.removal(), self.rows.removed.active)
-        self._expected[:] = quiet.predicted
+        self._expected[:], self._carried[:] = quiet.predicted, quiet.ft
         self.locator.reset()
         self.tared = True
         self._renew()
@@ -202,13 +203,18 @@ class ContactDetector:
         with time. Probabilities of one limb sum to one with its share of none.
         """
         unjudged = [i for i, why in enumerate(self._reasons) if why]
-        error = self._model_error()
+        error = self._model_error(frame)
         return self.locator.locate(frame, self.touched, unjudged, error, self._stamp or 0)
 
-    def _model_error(self) -> Array:
+    def _model_error(self, frame: SensorFrame) -> Array:
+        """What is proportional to masses and gains, of changes since the tare, (nv,)."""
         if not self.tared:
             return np.zeros_like(self._expected)
-        return self.settings.model_error * (self.rows.predicted - self._expected)
+        error = self.settings.model_error * (self.rows.predicted - self._expected)
+        sensors = self.rows.layout.tree.cut_v
+        read = self.settings.gain_error * (frame.ft - self._carried)
+        error[sensors] = np.hypot(error[sensors], read)
+        return error
 
     def _refresh(self, frame: SensorFrame, stamp: int) -> None:
         """Renew covariance and validity when they are old or a channel came or went."""
@@ -244,7 +250,7 @@ class ContactDetector:
         """Compute what belongs to posture, validity, tare and calibration."""
         if self._stamp is None:
             return
-        self.covariance.update(self._frame, model_error=self._model_error())
+        self.covariance.update(self._frame, model_error=self._model_error(self._frame))
         self._limb_statistic.update(self.covariance)
         self._joint_statistic.update(self.covariance)
 
