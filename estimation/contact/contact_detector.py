@@ -76,6 +76,8 @@ class ContactDetector:
         self.locator.reset()
         self._supports.reset()
         self._stamp: int | None = None
+        self._frame: SensorFrame | None = None  # of the last covariance
+        self._shift: Array | float = 0.0  # of the readings from the covariance before to that one
         self._covariance_stamp = 0
         self._flags: tuple[object, ...] = ()
 
@@ -207,12 +209,15 @@ class ContactDetector:
         return self.locator.locate(frame, self.touched, unjudged, error, self._stamp or 0)
 
     def _model_error(self, frame: SensorFrame) -> Array:
-        """What is proportional to masses and gains, of changes since the tare, (nv,)."""
+        """What is proportional to masses and gains, of changes since the tare, (nv,).
+
+        Until the next look readings may change as much as since the last one.
+        """
         if not self.tared:
             return np.zeros_like(self._expected)
         error = self.settings.model_error * (self.rows.predicted - self._expected)
         sensors = self.rows.layout.tree.cut_v
-        read = self.settings.gain_error * (frame.ft - self._carried)
+        read = self.settings.gain_error * (np.abs(frame.ft - self._carried) + self._shift)
         error[sensors] = np.hypot(error[sensors], read)
         return error
 
@@ -236,6 +241,7 @@ class ContactDetector:
             blind = set(self.rows.removed.subtrees)
             judged = [not why and i not in blind for i, why in enumerate(self._reasons)]
             self._judged = np.flatnonzero(judged)
+        self._shift = np.abs(frame.ft - self._frame.ft) if self._frame else 0.0
         self._frame = frame
         self._look_at_supports(frame, stamp)
         self._renew()
@@ -248,7 +254,7 @@ class ContactDetector:
 
     def _renew(self) -> None:
         """Compute what belongs to posture, validity, tare and calibration."""
-        if self._stamp is None:
+        if self._frame is None:
             return
         self.covariance.update(self._frame, model_error=self._model_error(self._frame))
         self._limb_statistic.update(self.covariance)
