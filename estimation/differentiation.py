@@ -96,8 +96,12 @@ class Weights(ABC):
 
     def response(self, frequency: float) -> Array:
         """Complex gain of the three results at a frequency [Hz], delay taken out, (3,)."""
+        return self.responses(np.array([frequency]))[:, 0]
+
+    def responses(self, frequencies: Array) -> Array:
+        """The same at many frequencies, (3, f)."""
         age = (np.arange(self.taps.shape[1]) - self.taps.shape[1] + 1 + self.side) * self.period
-        return self.taps @ np.exp(2j * np.pi * frequency * age)
+        return self.taps @ np.exp(2j * np.pi * np.outer(age, frequencies))
 
 
 class Centred:

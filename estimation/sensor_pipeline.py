@@ -15,11 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from estimation.differentiation import Differentiator, Kernel, Method
+from estimation.differentiation import Differentiator, Kernel, Method, Weights
+from estimation.encoder_noise import EncoderNoise
 from robot_model import Robot
 from robot_model.messages import RawFrame, SensorFrame
 
 Array = np.ndarray
+JUDGE = 4  # frames after which the noise of the accelerations is told anew
 FLAG_OF_FIELD = {"q": "joint_valid", "dq": "joint_valid", "ddq": "joint_valid"}
 FLAG_OF_FIELD |= {"motor_torque": "joint_valid", "ft": "ft_valid", "imu_quat_wxyz": "imu_valid"}
 FLAG_OF_FIELD |= dict.fromkeys(("imu_gyro", "imu_acc", "imu_dgyro"), "imu_valid")
@@ -164,6 +166,9 @@ class _Window:
         )
         self._row = np.zeros(len(self._channel))
         self._filter = Differentiator(method, len(self._channel))
+        self._encoders = EncoderNoise(method, n) if isinstance(method, Weights) else None
+        self._deviation: Array | None = None
+        self._judged = 0  # frames ago
         self._good = np.zeros(n + k + m, dtype=int)  # frames in a row, one missing bridged
         self._absent = np.zeros(n + k + m, dtype=int)  # frames in a row
         self._quaternions: deque[Array] = deque(maxlen=self._side + 1)
@@ -188,6 +193,8 @@ class _Window:
     def step(self, raw: RawFrame, steps: int) -> SensorFrame:
         """Append a frame ``steps`` periods after the last one."""
         self._gather(raw)
+        if self._encoders is not None:
+            self._encoders.see(raw.q)
         self._mark(raw, steps)
         if steps > 1:
             previous = self._filter.newest.copy()
@@ -242,6 +249,7 @@ class _Window:
         q, torque, ft, gyro, acc = self._columns
         k, m = self._k, self._m
         rotated = len(self._quaternions) > self._side
+        self._judge(slope[q])
         return SensorFrame(
             q=value[q],
             dq=slope[q],
@@ -257,4 +265,12 @@ class _Window:
             imu_valid=imu_valid,
             motor_torque_valid=self._torques >= self._length,
             delay=self._delay,
+            ddq_deviation=self._deviation,
         )
+
+    def _judge(self, dq: Array) -> None:
+        """Tell how wrong the accelerations are, from time to time."""
+        self._judged -= 1
+        if self._encoders is not None and self._judged < 0:
+            self._judged = JUDGE
+            self._deviation = self._encoders.deviation(dq)

@@ -68,6 +68,8 @@ class SensorFrame:
     """All channels of one instant, ``stamp - delay``, for the whole robot.
 
     ``faults``: of sensors that are invalid although they send data, ``name: why``.
+    ``ddq_deviation``: standard deviation of ``ddq`` that the steps of the encoders make; absent
+    where it is not known.
     """
 
     TYPE: ClassVar[str] = "SensorFrame/1"
@@ -86,6 +88,7 @@ class SensorFrame:
     motor_torque_valid: bool = scalar(default=True)
     delay: float = scalar(unit="s", default=0.0)
     faults: list[str] = scalar(default_factory=list)
+    ddq_deviation: Vector | None = array("n", unit="rad/s^2", optional=True)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -33,6 +33,7 @@ class DetectorSettings:
     noise: RowNoise = field(default_factory=RowNoise)
     levels: Levels = field(default_factory=Levels)
     model_error: float = 0.02  # part of a change of the predicted rows that may be wrong
+    gain_error: float = 0.02  # likewise of a change of what force/torque sensors read
     covariance_time: float = 0.1  # how long a covariance is used
     smoothing: float = 0.06  # time constant of the rows that a touch is located with
     drift_time: float = 20.0  # time constant of the slow tare
@@ -67,7 +68,7 @@ class ContactDetector:
         self.calibration: ContactCalibration | None = None
         self._boundary = np.abs(self.rows.layout.incidence[:, 1:])
         nv = self.rows.layout.model.nv
-        self._expected = np.zeros(nv)
+        self._expected, self._carried = np.zeros(nv), np.zeros((len(robot.ft_sensors), 6))
         self._touch = np.zeros(nv)
         self.tared = False
         self.reset()
@@ -78,6 +79,8 @@ class ContactDetector:
         self.locator.reset()
         self._supports.reset()
         self._stamp: int | None = None
+        self._frame: SensorFrame | None = None  # of the last covariance
+        self._shift: Array | float = 0.0  # of the readings from the covariance before to that one
         self._covariance_stamp = 0
         self._flags: tuple[object, ...] = ()
         self._renewal: Iterator[None] = iter(())
@@ -120,7 +123,7 @@ class ContactDetector:
     def tare(self, quiet: Quiet) -> None:
         """Take the offsets and thresholds that a quiet period showed."""
         self.rows.bias.tare(quiet.rows, self.rows.removal(), self.rows.removed.active)
-        self._expected[:] = quiet.predicted
+        self._expected[:], self._carried[:] = quiet.predicted, quiet.ft
         self.locator.reset()
         self.tared = True
         self._renew()
@@ -205,13 +208,21 @@ class ContactDetector:
         with time. Probabilities of one limb sum to one with its share of none.
         """
         unjudged = [i for i, why in enumerate(self._reasons) if why]
-        error = self._model_error()
+        error = self._model_error(frame)
         return self.locator.locate(frame, self.touched, unjudged, error, self._stamp or 0)
 
-    def _model_error(self) -> Array:
+    def _model_error(self, frame: SensorFrame) -> Array:
+        """What is proportional to masses and gains, of changes since the tare, (nv,).
+
+        Until the next look readings may change as much as since the last one.
+        """
         if not self.tared:
             return np.zeros_like(self._expected)
-        return self.settings.model_error * (self.rows.predicted - self._expected)
+        error = self.settings.model_error * (self.rows.predicted - self._expected)
+        sensors = self.rows.layout.tree.cut_v
+        read = self.settings.gain_error * (np.abs(frame.ft - self._carried) + self._shift)
+        error[sensors] = np.hypot(error[sensors], read)
+        return error
 
     def _refresh(self, frame: SensorFrame, stamp: int, period: float) -> None:
         """Renew covariance and validity when they are old or a channel came or went.
@@ -226,15 +237,18 @@ class ContactDetector:
         )
         age = (stamp - self._covariance_stamp) * 1e-9
         changed = flags != self._flags
-        if not changed and age < self.settings.covariance_time:
+        outdated = changed or self.covariance.outdated(frame)
+        if not outdated and age < self.settings.covariance_time:
             self._renew_on(period)
             return
-        self._flags, self._covariance_stamp, self._frame = flags, stamp, frame
+        self._flags, self._covariance_stamp = flags, stamp
         if changed:
             self._learn_validity(frame)
+        self._shift = np.abs(frame.ft - self._frame.ft) if self._frame else 0.0
+        self._frame = frame
         self._look_at_supports(frame, stamp)
-        self._renewal = self._pieces()
-        if changed:
+        self._renewal = self._pieces(frame)
+        if outdated:
             self._renew()
 
     def _learn_validity(self, frame: SensorFrame) -> None:
@@ -252,9 +266,9 @@ class ContactDetector:
 
     def _renew(self) -> None:
         """Compute what belongs to posture, validity, tare and calibration."""
-        if self._stamp is not None:
+        if self._frame is not None:
             self._renewal = iter(())
-            for _ in self._pieces():
+            for _ in self._pieces(self._frame):
                 pass
 
     def _renew_on(self, period: float) -> None:
@@ -262,9 +276,9 @@ class ContactDetector:
         for _ in range(ceil(PIECES * period / self.settings.covariance_time)):
             next(self._renewal, None)
 
-    def _pieces(self) -> Iterator[None]:
+    def _pieces(self, frame: SensorFrame) -> Iterator[None]:
         """``_renew`` in ``PIECES`` pieces of about the same size."""
-        yield from self.covariance.renewal(self._frame, model_error=self._model_error())
+        yield from self.covariance.renewal(frame, model_error=self._model_error(frame))
         yield
         self._limb_statistic.update(self.covariance)
         yield

@@ -1,6 +1,7 @@
 """What touches add to a robot's equations of motion, from one sample of all sensors."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 import pinocchio as pin
@@ -78,12 +79,24 @@ class ContactRows:
         a[3:6] = frame.imu_dgyro[0]
         a[self._joint_v] = frame.ddq
         rows = pin.rnea(self._model, self._data, q, v, a)
-        pin.computeJointJacobians(self._model, self._data, q)
-        self._force_maps = self._columns[self._map_index].reshape(-1, 6, 6)
+        self._put(q)
         self.predicted[:] = rows
         rows -= self._measured(frame)
         rows -= self.bias.value
         return self.remove(rows, self.removed)
+
+    @contextmanager
+    def at(self, q: Array) -> Iterator[None]:
+        """Take another configuration, (nq,), for a while; rows stay those of the sample."""
+        present = self._q.copy()
+        self._put(q)
+        yield
+        self._put(present)
+
+    def _put(self, q: Array) -> None:
+        self._q[:] = q
+        pin.computeJointJacobians(self._model, self._data, self._q)
+        self._force_maps = self._columns[self._map_index].reshape(-1, 6, 6)
 
     def remove(self, rows: Array, removed: RemovedWrenches) -> Array:
         """Take the net wrenches of some sub-trees from rows, (nv,), in place."""

@@ -31,7 +31,7 @@ class Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class Localisation:
-    """Hypotheses, best first, and the probability that none of them is right."""
+    """Hypotheses, best first, and the probability that a touch is on none of their links."""
 
     hypotheses: tuple[Hypothesis, ...]
     none_probability: float

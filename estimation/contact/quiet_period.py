@@ -20,6 +20,7 @@ class Quiet:
 
     rows: Array  # (nv,) mean of the touches' rows: biases of sensors and model
     predicted: Array  # (nv,) mean of what the model predicts
+    ft: Array  # (k, 6) mean of the readings
     spread: Array  # (samples, nv) rows about their mean
     touches: Array  # (samples, nv) rows after the tare that was in force
     wrenches: Array  # (samples, s, 6) of the sub-trees, before the tare
@@ -36,6 +37,7 @@ class QuietPeriod:
         self._rows: list[Array] = []
         self._touches: list[Array] = []
         self._predicted: list[Array] = []
+        self._ft: list[Array] = []
         self._wrenches: list[Array] = []
         self._residuals: list[Array] = []
 
@@ -53,6 +55,7 @@ class QuietPeriod:
         self._rows.append(rows.copy())
         self._touches.append(rows.copy() if touch is None else touch.copy())
         self._predicted.append(predicted.copy())
+        self._ft.append(frame.ft.copy())
         self._wrenches.append(wrenches)
         self._residuals.append(residuals)
 
@@ -74,6 +77,7 @@ class QuietPeriod:
             spread=rows - rows.mean(axis=0),
             touches=np.array(self._touches),
             predicted=np.mean(self._predicted, axis=0),
+            ft=np.mean(self._ft, axis=0),
             wrenches=np.array(self._wrenches),
             residual_mean=residuals.mean(axis=0),
             residual_std=residuals.std(axis=0),

@@ -13,6 +13,8 @@ from robot_model.messages import SensorFrame
 
 Array = np.ndarray
 _potrf, _trtri, _trtrs = get_lapack_funcs(("potrf", "trtri", "trtrs"))
+RISE = 1.5  # of an acceleration's deviation, from which a covariance is too small
+TRAVEL = 0.03  # rad times rad/s^2; so far the joints go, and so wrong are their accelerations
 UNKNOWN = 1e8  # variance of a channel that is missing, in its unit squared
 
 
@@ -22,7 +24,7 @@ class RowNoise:
 
     acceleration: float = 0.02  # m/s^2, proper
     angular_acceleration: float = 0.15  # rad/s^2
-    joint_acceleration: float = 0.08  # rad/s^2
+    joint_acceleration: float = 0.08  # rad/s^2, least; encoders that count make more
     ft_force: float = 0.1  # N
     ft_moment: float = 0.01  # N m
     torque: float = 0.3  # N m; leaves room for friction that nobody modelled
@@ -54,6 +56,8 @@ class RowCovariance:
         self._rotors = np.zeros((nv, nv), order="F")
         self._rotors[np.ix_(self._joint_v, self._joint_v)] = rows.robot.rotor_inertia
         self._motion, self._reading = self._deviations()
+        self._joint_deviation = self._motion[self._joint_v]
+        self._posture = rows.q[layout.tree.joint_q]
         self._diagonal = np.diag_indices(nv)
         self.matrix, self.variances = np.zeros((nv, nv)), np.zeros(nv)
         self.active, self.jacobian = np.arange(nv), np.zeros((nv, 6))
@@ -85,11 +89,20 @@ class RowCovariance:
         removed = self._rows.removed if removed is None else removed
         variances = self._variances(frame) + np.square(model_error)
         jacobian, blocks = self._rows.jacobian.copy(), self._rows.wrench_blocks()
-        errors = self._errors(variances)
+        errors = self._errors(variances, self._deviation_of_motion(frame))
         yield
         self.matrix = self._without(removed, errors, jacobian, blocks)
         self.variances, self.jacobian, self._blocks = variances, jacobian, blocks
         self.active = np.flatnonzero(removed.active)
+
+    def outdated(self, frame: SensorFrame) -> bool:
+        """Whether an acceleration is much more uncertain than at the last ``update``, or the
+        posture so far away that its column of the mass matrix is another."""
+        told, used = frame.ddq_deviation, self._joint_deviation
+        if told is None:
+            return False
+        travel = np.abs(frame.q - self._posture).max()
+        return travel * used.max() > TRAVEL or bool((told > RISE * used).any())
 
     def whiten(self, vectors: Array) -> Array:
         """Return vectors of rows, (m, nv), in standard deviations, (m, active rows).
@@ -120,10 +133,10 @@ class RowCovariance:
             raise np.linalg.LinAlgError("the covariance of the rows is not positive definite")
         return factor
 
-    def _errors(self, variances: Array) -> Array:
+    def _errors(self, variances: Array, motion: Array) -> Array:
         """Covariance of the rows before the supports are removed, (nv, nv)."""
         pin.crba(self._model, self._data, self._rows.q, pin.Convention.WORLD)
-        spread = (self._data.M + self._rotors) * self._motion
+        spread = (self._data.M + self._rotors) * motion
         errors = spread @ spread.T + self._rows.bias.covariance
         errors[self._diagonal] += variances
         return errors
@@ -138,6 +151,14 @@ class RowCovariance:
         reading[self._joint_v] = noise.torque
         reading[self._cut_v] = np.repeat([noise.ft_force, noise.ft_moment], 3)
         return motion, reading
+
+    def _deviation_of_motion(self, frame: SensorFrame) -> Array:
+        """Standard deviations of the accelerations of a frame, (nv,)."""
+        motion, least = self._motion.copy(), self.noise.joint_acceleration
+        told = frame.ddq_deviation
+        self._joint_deviation = np.full(len(frame.ddq), least) if told is None else told.clip(least)
+        motion[self._joint_v], self._posture = self._joint_deviation, frame.q
+        return motion
 
     def _variances(self, frame: SensorFrame) -> Array:
         """Variances of the readings, (nv,)."""

@@ -12,10 +12,13 @@ from estimation.contact.point_forces import SKEW, entry_cost, normal_equations, 
 from estimation.contact.surface_points import SurfacePoints
 
 Array = np.ndarray
-SHIFT = 0.006  # m, how far a touch may lie from the nearest stored point, one sigma
+REACH = 0.007  # m about a stored point that the surface surely has: half a diagonal of the grid
+SHIFT = 0.006  # m beyond that, one sigma
+STRIDE = 0.03  # m, of one step within it, one sigma
 DEPTH = 0.002  # m, how well the surface's depth is known, one sigma
 EXTENT = 0.1  # m, how far a touch may lie from where it is found at all, one sigma
 APART = 0.025  # m between two places on a link that are refined each for itself,
+STEPS = 4  # of the refinement
 TWICE = 6  # on so many links, the best ones
 _HOLDING = np.eye(6, k=3)  # slope of [f, x cross f] by [x, f], where it is constant, and
 _TURNING = np.zeros((6, 6, 6))  # where it follows x or f, to be flattened behind them
@@ -123,7 +126,9 @@ def refine(
 ) -> Refined:
     """Move touches within the surface to where the likelihood is largest.
 
-    Stored points are 10 mm apart; an exact sensor tells more than that.
+    Stored points are 10 mm apart; an exact sensor tells more than that. Near a stored point
+    the surface is equally likely everywhere: a light push, whose line is little known, is not
+    drawn to the point.
 
     Args:
         surface: The stored points.
@@ -133,22 +138,32 @@ def refine(
     """
     information, score = evidence
     point, force = touch[:, :3], touch[:, 3:]
-    for _ in range(3):
+    for _ in range(STEPS):
         anchor, normal = surface.nearest(links, point)
         point -= normal * np.vecdot(normal, point - anchor)[:, None]  # onto the tangent plane
-        prior, slope = _shift_information(normal), _wrench_slope(touch)
+        beyond = _beyond(point - anchor)
+        prior = _shift_information(normal, np.where(beyond.any(axis=1), SHIFT, STRIDE))
+        slope = _wrench_slope(touch)
         curvature = slope.transpose(0, 2, 1) @ information @ slope
         curvature[:, :3, :3] += prior
         missing = score - np.matvec(information, np.matvec(slope[:, :, 3:], force))
         descent = np.vecmat(missing, slope)
-        descent[:, :3] -= np.matvec(prior, point - anchor)
+        descent[:, :3] -= np.matvec(prior, beyond)
         touch += np.linalg.solve(curvature, descent[:, :, None])[:, :, 0]
     wrench, shift = np.matvec(_wrench_slope(touch)[:, :, 3:], force), point - anchor
     value = np.vecdot(wrench, score - 0.5 * np.matvec(information, wrench))
-    value -= 0.5 * np.vecdot(shift, np.matvec(prior, shift)) + entry_cost(force.T, normal.T)
-    curvature[:, :3, :3] -= prior  # which only held the search near the stored point
-    curvature[:, :3, :3] += _shift_information(normal, EXTENT)
+    outside = _shift_information(normal, np.full(len(normal), SHIFT))
+    beyond = _beyond(shift)
+    value -= 0.5 * np.vecdot(beyond, np.matvec(outside, beyond)) + entry_cost(force.T, normal.T)
+    curvature[:, :3, :3] -= prior  # which only held the search on the surface
+    curvature[:, :3, :3] += _shift_information(normal, np.full(len(normal), EXTENT))
     return Refined(value, touch, np.linalg.inv(curvature))
+
+
+def _beyond(shift: Array) -> Array:
+    """What is left of shifts from a stored point, (k, 3), after ``REACH``."""
+    length = np.linalg.norm(shift, axis=1, keepdims=True)
+    return shift * np.maximum(0.0, 1.0 - REACH / np.maximum(length, REACH))
 
 
 def _wrench_slope(touch: Array) -> Array:
@@ -156,8 +171,8 @@ def _wrench_slope(touch: Array) -> Array:
     return (touch @ _TURNING).reshape(-1, 6, 6) + _HOLDING
 
 
-def _shift_information(normal: Array, shift: float = SHIFT) -> Array:
-    """Return the inverse covariance of touches about a point of the surface, (k, 3, 3)."""
+def _shift_information(normal: Array, shift: Array) -> Array:
+    """Return the inverse covariance of touches within the surface, (k, 3, 3); shift (k,) m."""
+    within = 1.0 / np.square(shift)[:, None, None]
     across = normal[:, :, None] * normal[:, None]
-    across *= 1.0 / DEPTH**2 - 1.0 / shift**2
-    return across + np.eye(3) / shift**2
+    return across * (1.0 / DEPTH**2 - within) + within * np.eye(3)

@@ -34,6 +34,7 @@ class TouchLocator:
         self._covariance = RowCovariance(rows, noise)
         self._localiser = Localiser(rows, method)
         self._smooth = np.zeros(rows.layout.model.nv)
+        self._posture = rows.q.copy()  # as smooth as the rows, so that it belongs to them
         self.smoothing = smoothing  # s, time constant
         self.fits: dict[int, LinkFits] = {}
         self._filters: dict[int, PlaceFilter] = {}
@@ -78,6 +79,7 @@ class TouchLocator:
         blend = 1.0 if self._fresh else -expm1(-period / self.smoothing)
         blend = max(blend, 1.0 - (SUDDEN / max(change, SUDDEN)) ** 2)
         self._smooth += blend * self.change(touch)
+        self._posture += blend * (self._rows.q - self._posture)
         self._fresh = False
 
     def locate(
@@ -88,7 +90,7 @@ class TouchLocator:
         model_error: Array | float,
         stamp: int,
     ) -> Localisation:
-        """Locate the touch of every touched limb, at the posture of the rows.
+        """Locate the touch of every touched limb, at the posture of the smooth rows.
 
         Args:
             frame: Of the last rows; its flags count.
@@ -98,20 +100,22 @@ class TouchLocator:
             stamp: Time of the rows [ns].
 
         Returns:
-            Probabilities of one limb sum to one with its share of none.
+            Probabilities of one limb sum to one with its share of none. ``none_probability`` is
+            that the touch of at least one limb is on none of its links.
         """
         period, self._stamp = (stamp - self._stamp) * 1e-9, stamp
-        for limb in touched:
-            fits = self._fit(frame, limb, {*touched, *unjudged} - {limb}, model_error)
-            if fits is not None:
-                self.fits[limb] = self._filter(limb).add(fits, period)
+        with self._rows.at(self._posture):
+            for limb in touched:
+                fits = self._fit(frame, limb, {*touched, *unjudged} - {limb}, model_error)
+                if fits is not None:
+                    self.fits[limb] = self._filter(limb).add(fits, period)
         found = [ranked(fits) for fits in self.fits.values()]
         if len(found) < 2:
             return found[0] if found else NOWHERE
         hypotheses: list[Hypothesis] = [h for one in found for h in one.hypotheses]
         hypotheses.sort(key=lambda h: -h.probability)
-        nowhere = float(np.mean([one.none_probability for one in found]))
-        return Localisation(tuple(hypotheses), nowhere)
+        known = float(np.prod([1.0 - one.none_probability for one in found]))
+        return Localisation(tuple(hypotheses), 1.0 - known)
 
     def map(self) -> TouchMap:
         """Return the places of the touches that the last ``locate`` found."""

@@ -1,5 +1,6 @@
 """One run of the benchmark: all that chance decides, from a seed and an index alone."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from experiments.touch.pushes import PushGenerator, TouchPush
 from robot_model import Robot
 from robot_sim.motions import Motion
 
-TRIES = 200  # until a second push falls on another link of a sub-tree
+TRIES = 200  # for a second push on another link of the sub-tree
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +50,19 @@ def pushed_case(
         other = int(random.choice([i for i in subtrees if i != chosen]))
         pushes.append(generator.draw(random, other, base))
     if contacts == "together":
-        others = (generator.draw(random, chosen, base) for _ in range(TRIES))
-        pushes += [next(other for other in others if other.link != first.link)]
+        pushes.append(_beside(first, (generator.draw(random, chosen, base) for _ in range(TRIES))))
     if contacts != "one":  # so that both are there at one time
         pushes = [_like(push, first) for push in pushes]
     return Case(seed, index, kind, motion, wait, tuple(pushes))
+
+
+def _beside(first: TouchPush, others: Iterable[TouchPush]) -> TouchPush:
+    """Choose a push on another link, or where the sub-tree has no other, the last one."""
+    other = first
+    for other in others:
+        if other.link != first.link:
+            break
+    return other
 
 
 def _like(push: TouchPush, first: TouchPush) -> TouchPush:

@@ -75,6 +75,7 @@ class ContactDetectorConfig(RobotServiceConfig):
     method: Literal["surface", "line", "particle"] = "surface"
     tell_points: bool = True
     model_error: float = Field(default=0.02, ge=0.0)
+    gain_error: float = Field(default=0.02, ge=0.0)
     smoothing: float = Field(default=0.06, ge=0.001)  # s
     drift_time: float = Field(default=20.0, gt=0.0)  # s
     residuals: ResidualConfig = ResidualConfig()
@@ -90,6 +91,7 @@ class ContactDetectorConfig(RobotServiceConfig):
             noise=RowNoise(**self.noise.model_dump()),
             levels=Levels(**self.levels.model_dump()),
             model_error=self.model_error,
+            gain_error=self.gain_error,
             smoothing=self.smoothing,
             drift_time=self.drift_time,
             method=self.method,

@@ -81,6 +81,25 @@ def test_two_touched_limbs_are_both_located(touched: TouchedRows, locator: Touch
     assert list(locator.map().limb) == ["l_arm", "r_leg"]
 
 
+def test_a_limb_that_no_push_explains_is_not_hidden_by_another_that_one_does(
+    touched: TouchedRows, locator: TouchLocator
+) -> None:
+    arm, leg = (int(touched.points_of(link)[40]) for link in ("l_forearm", "r_upper_leg"))
+    limbs = [touched.robot.subtree_of(link) for link in ("l_forearm", "r_upper_leg")]
+    twist = touched.at("l_forearm", np.zeros(3), np.array([20.0, 0.0, 0.0]))
+    twist -= touched.at("l_forearm", np.array([0.0, 0.3, 0.0]), np.array([20.0, 0.0, 0.0]))
+    locator.add(twist, PERIOD)
+    alone = locator.locate(touched.frame, limbs[:1], [], 0.0, 0).none_probability
+    locator.reset()
+    locator.add(touched.push(arm, 10.0) + touched.push(leg, 12.0), PERIOD)
+    pushes = locator.locate(touched.frame, limbs, [], 0.0, 0).none_probability
+    locator.reset()
+    locator.add(twist + touched.push(leg, 12.0), PERIOD)
+    both = locator.locate(touched.frame, limbs, [], 0.0, 0).none_probability
+    assert alone > 0.9 and pushes < 0.1
+    assert both >= alone
+
+
 def test_the_map_holds_no_more_than_a_message_bears(
     touched: TouchedRows, locator: TouchLocator
 ) -> None:

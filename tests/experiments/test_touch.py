@@ -1,6 +1,7 @@
 """The touch benchmark: what it draws, that it goes on where it stopped, and its tables."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -89,6 +90,19 @@ def test_two_contacts_are_where_the_variant_says(robot: Robot, generator: PushGe
         subtrees = [[robot.subtree_of(p.link) for p in c.pushes] for c in (apart, together)]
         assert subtrees[0][0] != subtrees[0][1] and subtrees[1][0] == subtrees[1][1]
         assert together.pushes[0].link != together.pushes[1].link
+
+
+def test_a_sub_tree_of_one_link_is_pushed_twice_on_it(robot: Robot) -> None:
+    hand = robot.links.index("l_hand")
+
+    class OneLink(PushGenerator):
+        def draw(self, random: np.random.Generator, subtree: int, base: str) -> TouchPush:
+            return replace(super().draw(random, subtree, base), link=robot.links[hand])
+
+    case = pushed_case(OneLink(robot), robot, 3, 0, "together")
+    one, other = case.pushes
+    assert one.link == other.link == "l_hand"
+    assert not np.array_equal(one.point, other.point)
 
 
 def test_the_mixture_draws_every_condition_and_every_kind_of_motion(robot: Robot) -> None:
