@@ -52,9 +52,9 @@ def _figure(title: str, time: Array, panels: Sequence[Panel], columns: int) -> "
     size = columns * WIDTH, rows * HEIGHT + TOP + BOTTOM
     figure = Figure(size)
     figure.subplots_adjust(
-        left=0.7 / size[0],
+        left=0.9 / size[0],
         right=1.0 - 0.1 / size[0],
-        wspace=0.22,
+        wspace=0.28,
         bottom=BOTTOM / size[1],
         top=1.0 - TOP / size[1],
         hspace=0.28,
