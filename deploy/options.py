@@ -116,3 +116,10 @@ def vector(text: str) -> tuple[float, float, float]:
     except ValueError:
         raise typer.BadParameter(f"expected X,Y,Z such as 0,0,-15, got {text!r}") from None
     return x, y, z
+
+
+def at_most_one(wishes: dict[str, object]) -> None:
+    """Refuse options that exclude each other; ``wishes`` are their values by name."""
+    *names, last = wishes
+    if sum(map(bool, wishes.values())) > 1:
+        raise typer.BadParameter(f"expected one of {', '.join(names)} and {last}")

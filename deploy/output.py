@@ -56,6 +56,12 @@ def reader_gone() -> bool:
         return False
 
 
+def print_message(answer: dict[str, Any], title: str = "") -> None:
+    """Print what a service says of what it did, each line behind a title."""
+    for text in answer["message"].splitlines():
+        print_line(f"{title}: {text}" if title else text)
+
+
 def print_answer(value: Any) -> None:
     """Print an RPC answer for people: a map line by line, anything else on one line."""
     if not isinstance(value, dict):

@@ -32,6 +32,7 @@ class Uncertainty(NamedTuple):
 
     torque_std: Array  # (n,) N m
     wrench: Array  # (c, 6, 6) as Estimate.wrench
+    subtree_wrench: Array  # (s, 6, 6) as Estimate.subtree_wrench
 
 
 def propagate(
@@ -60,9 +61,8 @@ def propagate(
     """
     state = observer.motion(q, dq, ddq, gyro, acc, dgyro)
     maps = _Maps(observer, state, noise, source)
-    return Uncertainty(
-        np.sqrt((maps.torque**2).sum(axis=1)), maps.wrench @ maps.wrench.transpose(0, 2, 1)
-    )
+    wrench, net = (map @ map.transpose(0, 2, 1) for map in (maps.wrench, maps.net))
+    return Uncertainty(np.sqrt((maps.torque**2).sum(axis=1)), wrench, net)
 
 
 def _square_root(covariance: Array) -> Array:
@@ -94,7 +94,11 @@ class _Maps:
         leaves = jacobian[:, start : start + 6 * s].T.reshape(s, 6, 6)
         below = _combined(graph.contact_below, external)
         self.wrench = np.zeros((len(observer.contacts), *external.shape[1:]))  # (c, 6, p + 6 k)
-        self.wrench[observer.lone_rows] = (leaves @ external)[observer.lone_subtrees]
+        self.net = leaves @ external  # (s, 6, p + 6 k)
+        self.wrench[observer.lone_rows] = self.net[observer.lone_subtrees]
+        for row, joint, joint_m_frame in observer.moved:
+            root_m_frame = graph.data.oMi[joint] * joint_m_frame
+            self.net[row] = root_m_frame.toActionMatrix().T @ external[row]
         for subtree in observer.shared:
             shares, net = subtree.at(graph.data), external[subtree.row]
             self.wrench[subtree.rows] = shares.solution.gain @ net

@@ -146,10 +146,10 @@ class TorqueObserver:
 
     def _about_default_frames(self, wrench: np.ndarray, external_imu: np.ndarray) -> np.ndarray:
         """Shift the wrenches of those sub-trees whose contact is not at the default frame."""
-        if not self._moved:
+        if not self.moved:
             return wrench
         shifted = wrench.copy()
-        for row, joint, joint_m_frame in self._moved:
+        for row, joint, joint_m_frame in self.moved:
             imu_m_frame = self._data.oMi[joint] * joint_m_frame
             shifted[row] = imu_m_frame.actInv(pin.Force(external_imu[row])).vector
         return shifted
@@ -169,7 +169,7 @@ class TorqueObserver:
     def _combine(self) -> None:
         """Recompute what depends on the contacts."""
         nets = net_contacts(self.robot, self.contacts)
-        self._moved = [
+        self.moved = [
             (i, *self.graph.locate(*self.robot.frame(subtree.default_frame)))
             for i, (subtree, contact) in enumerate(zip(self.robot.subtrees, nets, strict=True))
             if contact.frame != subtree.default_frame or contact.kind == "touch"

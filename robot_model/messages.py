@@ -159,11 +159,12 @@ class JointTorques:
 class ExternalWrenches:
     """What the world exerts on the robot, per contact and net per sub-tree.
 
-    Where each sub-tree bears one full wrench the sensors decide them all, and the optional
-    fields are absent. Else ``unexplained`` is what of each net wrench no contact explains,
-    ``rank`` how many combinations of unknowns the sensors decide, ``condition`` by how much
-    an error of the net wrench may grow; ``undecided`` has d patterns of wrenches of which any
-    multiple may be added without any reading changing, and contacts in none are ``decided``.
+    Where each sub-tree bears one full wrench the sensors decide them all, and the fields
+    from ``unexplained`` to ``decided`` are absent. Else ``unexplained`` is what of each net
+    wrench no contact explains, ``rank`` how many combinations of unknowns the sensors decide,
+    ``condition`` by how much an error of the net wrench may grow; ``undecided`` has d patterns
+    of wrenches of which any multiple may be added without any reading changing, and contacts
+    in none are ``decided``.
 
     ``subtree_reasons``: per sub-tree, why it is invalid; empty while all are valid.
     """
@@ -179,6 +180,9 @@ class ExternalWrenches:
     kind: list[str] = scalar()
     subtree_wrench: Vector = array("s", 6, unit="N, N m", frame="default frame of the sub-tree")
     subtree_valid: Vector = flags("s")
+    subtree_covariance: Vector | None = array(
+        "s", 6, 6, unit="N, N m (squared)", frame="as subtree_wrench", optional=True
+    )
     unexplained: Vector | None = array(
         "s", 6, unit="N, N m", frame="default frame of the sub-tree", optional=True
     )

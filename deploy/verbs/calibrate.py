@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from deploy.options import Json, Robot, on_the_bus
-from deploy.output import print_json, print_line, print_warning
+from deploy.options import Json, Robot, at_most_one, on_the_bus
+from deploy.output import print_json, print_message, print_warning
 
 if TYPE_CHECKING:
     from bus import Node
@@ -49,8 +49,7 @@ def calibrate(
     use; deviations of single sensors and joints, and thresholds, are raised to what that
     shows, kept for this robot and support, and in force again when the detector restarts.
     """
-    if listed + bool(use) + bool(forget) > 1:
-        raise typer.BadParameter("expected one of --list, --use and --forget")
+    at_most_one({"--list": listed, "--use": use, "--forget": forget})
     if listed:
         answer = node.call(DETECTOR, "calibrations", {}, timeout=5.0)
     elif use or forget:
@@ -58,7 +57,10 @@ def calibrate(
         answer = node.call(DETECTOR, verb, {"date": use or forget}, timeout=5.0)
     else:
         answer = _record(node, seconds, quiet, motion, robot)
-    _show(answer, as_json)
+    if as_json:
+        print_json(answer)
+    else:
+        print_message(answer)
 
 
 def _record(
@@ -86,11 +88,3 @@ def _moving(node: "Node", motion: str, robot: str | None) -> Iterator[None]:
         yield
     finally:
         node.call(port, "motion", {"name": "stop"}, timeout=5.0)
-
-
-def _show(answer: dict[str, Any], as_json: bool) -> None:
-    if as_json:
-        print_json(answer)
-        return
-    for text in answer["message"].splitlines():
-        print_line(text)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from deploy.errors import CommandError
-from deploy.options import Json, Robot, checked_vector, on_the_bus, vector
-from deploy.output import print_json, print_line
+from deploy.options import Json, Robot, at_most_one, checked_vector, on_the_bus, vector
+from deploy.output import print_json, print_line, print_message
 
 if TYPE_CHECKING:
     from bus import Node
@@ -84,8 +84,7 @@ def tare(
     The robot must stand still, touched by nothing but its supports. --list, --use and
     --revert concern the torque observer, which stores what its tares find.
     """
-    if listed + bool(use) + revert > 1:
-        raise typer.BadParameter("expected one of --list, --use and --revert")
+    at_most_one({"--list": listed, "--use": use, "--revert": revert})
     if listed or use or revert:
         verb = "tares" if listed else "use_tare" if use else "revert_tare"
         answers = _ask(node, {"torque_observer": {"date": use} if use else {}}, verb, 5.0)
@@ -98,8 +97,7 @@ def tare(
         print_json(answers)
     else:
         for service, answer in answers.items():
-            for text in answer["message"].splitlines():
-                print_line(f"{service}: {text}")
+            print_message(answer, service)
 
 
 def _ask(

@@ -42,12 +42,14 @@ class Composer:
 
     def wrenches(self, e: Estimate, u: Uncertainty, v: Validity) -> ExternalWrenches:
         """Return the wrenches, zero where they are invalid."""
-        wrench, subtree_wrench, covariance = e.wrench, e.subtree_wrench, u.wrench
+        wrench, covariance = e.wrench, u.wrench
+        subtree_wrench, subtree_covariance = e.subtree_wrench, u.subtree_wrench
         valid = v.subtree[self._rows]
         if not v.complete:
             wrench = np.where(valid[:, None], wrench, 0.0)
             subtree_wrench = np.where(v.subtree[:, None], subtree_wrench, 0.0)
             covariance = np.where(valid[:, None, None], covariance, 0.0)
+            subtree_covariance = np.where(v.subtree[:, None, None], subtree_covariance, 0.0)
         return ExternalWrenches(
             frame=self._frames,
             link=self._links,
@@ -58,6 +60,7 @@ class Composer:
             valid=valid,
             kind=self._kinds,
             subtree_wrench=subtree_wrench,
+            subtree_covariance=subtree_covariance,
             subtree_valid=v.subtree,
             subtree_reasons=v.subtree_reasons,
             **_decision(e, v.subtree),

@@ -70,15 +70,18 @@ def test_stated_uncertainty_equals_the_scatter_of_noisy_samples(observer, hand):
     samples = list(sampled(observer, state, 3000))
     torque = np.array([sample.torque for sample in samples]).std(axis=0)
     wrench = np.array([sample.wrench for sample in samples]).std(axis=0)
-    std = np.sqrt(np.diagonal(stated.wrench, axis1=1, axis2=2))
+    net = np.array([sample.subtree_wrench for sample in samples]).std(axis=0)
+    std, net_std = (np.sqrt(np.diagonal(c, axis1=1, axis2=2)) for c in stated[1:])
     np.testing.assert_allclose(torque, stated.torque_std, rtol=0.06)
     np.testing.assert_allclose(wrench, std, rtol=0.06, atol=1e-9)
+    np.testing.assert_allclose(net, net_std, rtol=0.06)
 
 
 def test_covariances_are_symmetric_and_positive_definite(observer):
     observer.set_contacts()
     state = random_input(observer.robot, np.random.default_rng(0))
     stated = propagate(observer, NOISE, *state[:3], *state[4:])
-    np.testing.assert_allclose(stated.wrench, stated.wrench.transpose(0, 2, 1))
-    assert (np.linalg.eigvalsh(stated.wrench) > 0.0).all()
+    for covariance in (stated.wrench, stated.subtree_wrench):
+        np.testing.assert_allclose(covariance, covariance.transpose(0, 2, 1))
+        assert (np.linalg.eigvalsh(covariance) > 0.0).all()
     assert (stated.torque_std > 0.0).all()

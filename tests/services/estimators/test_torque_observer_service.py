@@ -54,6 +54,7 @@ def test_one_lost_sensor_costs_two_subtrees_and_says_so_by_flags(feed):
     names = {ROBOT.subtrees[i].name for i in np.flatnonzero(~said.subtree_valid)}
     assert names == {"root", "l_arm"}
     assert not said.wrench[~said.valid].any()
+    assert said.subtree_covariance.any(axis=(1, 2)).tolist() == said.subtree_valid.tolist()
 
 
 def test_a_saturated_sensor_is_named_with_its_limit_by_all_that_depends_on_it(feed):
