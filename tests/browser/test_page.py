@@ -28,6 +28,8 @@ def test_page_shows_state_and_contact_and_its_buttons_work(page):
     page.await_text("strip", r"l_arm\s+(contact 12\.0|none 1\.5) / 6\.5")
     page.await_text("result", "^push 15 N ")
 
+    page.await_text("wrenches", r"l_sole\s*\d+\.\d\s*\d+\.\d\s*\d+\.\d\d\s*\d+\.\d\d")
+
     page.press("Tare")
     page.await_text("result", "^tare contact_detector: tare refused: the robot moves")
     page.await_text("offsets", r"l_arm_ft\s*1\.2 -0\.5 2\.0")
