@@ -61,8 +61,7 @@ class Looked:
             pytest.fail(f"{identifier}: expected {pattern!r}, reads {self.text(identifier)!r}")
 
 
-@pytest.fixture
-def look(browser: Browser, screenshots: Path, request: pytest.FixtureRequest) -> Iterator:
+def _look(browser: Browser, screenshots: Path, request: pytest.FixtureRequest) -> Iterator:
     """Return ``look(url)``, which opens a page; its picture is kept, its errors fail the test."""
     opened: list[Looked] = []
 
@@ -72,6 +71,10 @@ def look(browser: Browser, screenshots: Path, request: pytest.FixtureRequest) ->
 
     yield open_page
     for i, looked in enumerate(opened):
-        looked.page.screenshot(path=screenshots / f"{request.node.name}-{i}.png")
+        looked.page.screenshot(path=screenshots / f"{Path(request.node.name).stem}-{i}.png")
         looked.page.close()
         assert not looked.errors
+
+
+look = pytest.fixture(_look)
+look_on = pytest.fixture(_look, scope="module")  # opening is slow: one page for several tests

@@ -1,21 +1,45 @@
 """The page by itself: a feeder plays the services."""
 
+from collections.abc import Iterator
+
 import pytest
 
 from bus import Node
+from bus.testing import Process, running_hub, wait_for_service
 from dashboard.chromium import choose
 
 pytestmark = [pytest.mark.browser, pytest.mark.system, pytest.mark.timeout(600)]
 
 
-@pytest.fixture
-def page(start, hub, look):
-    """A page that shows what a feeder says."""
-    start("tests.dashboard.feeder")
-    start("dashboard")
+def url_of_page(hub: str) -> str:
     with Node("reader", connect=hub, signals=False) as reader:
-        url = reader.call("/dashboard/rpc:i", "status")["url"]
-    return look(url)
+        wait_for_service(reader, "dashboard", timeout=60.0)
+        return reader.call("/dashboard/rpc:i", "status")["url"]
+
+
+@pytest.fixture(scope="module")
+def fed() -> Iterator[str]:
+    """Address of a page that shows what a feeder says."""
+    with running_hub() as hub:
+        modules = "tests.dashboard.feeder", "dashboard"
+        processes = [Process(module, "--connect", hub) for module in modules]
+        try:
+            yield url_of_page(hub)
+            assert [process.stop() for process in processes] == [0, 0]
+        finally:
+            for process in processes:
+                process.clean_up()
+
+
+@pytest.fixture(scope="module")
+def opened(fed: str, look_on):
+    return look_on(fed)
+
+
+@pytest.fixture
+def page(opened):
+    opened.open_tab("Live")
+    return opened
 
 
 def test_page_shows_state_and_contact_and_its_buttons_work(page):
@@ -75,9 +99,7 @@ def test_ports_and_help_are_one_click_away(page):
 def test_silence_looks_stale_and_passes(start, hub, look):
     feeder = start("tests.dashboard.feeder")
     start("dashboard")
-    with Node("reader", connect=hub, signals=False) as reader:
-        url = reader.call("/dashboard/rpc:i", "status")["url"]
-    page = look(url)
+    page = look(url_of_page(hub))
     page.await_text("status", "^live")
     feeder.kill()
     page.await_text("status", "^stale: no data on /icub/sensors:o for ")

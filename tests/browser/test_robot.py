@@ -57,11 +57,15 @@ def forearm(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     return middle, np.array([0.0, np.sign(middle[1]), 0.0])
 
 
+@pytest.fixture(scope="module")
+def opened(stack: Stack, look_on):
+    return look_on(stack.node.call("/dashboard/rpc:i", "status")["url"])
+
+
 @pytest.fixture
-def page(stack: Stack, look):
+def page(stack: Stack, opened):
     """The page of a robot that nothing touches."""
     stack.simulate("release")  # what an earlier test has pushed
-    opened = look(stack.node.call("/dashboard/rpc:i", "status")["url"])
     opened.await_text("status", r"^live t = [0-9.]+ s$")
     opened.await_text("alarm", "^no contact$")
     return opened

@@ -56,17 +56,13 @@ def is_alive(pid):
     return True
 
 
-def test_the_demo_is_tared_takes_pushes_and_can_be_stopped(launch, ask, capsys):
-    demo = launch("demo", *SLOW)
-    demo.until("stop:    Ctrl-C")
-    assert [row["service"] for row in ask("status") if row["ready"]] == SERVICES
-    page = re.search(r"page: +(\S+)", demo.output)
-    assert page and b"<html" in urllib.request.urlopen(page[1], timeout=20.0).read().lower()
-
+def assert_tared(demo):
     for service in ("torque_observer", "contact_detector"):
         done = f"launcher | tare /{service}/rpc:i: done"
         eventually(lambda done=done: done in demo.errors, 90.0, f"{done}, got {demo.errors}")
 
+
+def assert_takes_pushes(demo, ask, capsys):
     eventually(lambda: "launcher | scenario /robot_sim/rpc:i: done" in demo.errors)
     push = ["push", "l_forearm", "--force", "0,0,-10", "--frame", "world"]
     assert {"push_id", "start_stamp"} <= ask(*push).keys()
@@ -74,27 +70,42 @@ def test_the_demo_is_tared_takes_pushes_and_can_be_stopped(launch, ask, capsys):
     shown = capsys.readouterr().err
     assert "l_forearm" in shown and shown.count("\n") == 1
 
+
+def assert_can_be_stopped(ask):
     ask("stop")
     assert ask("rpc", "/sensor_server/rpc:i", "status")["stopped"] is True
     ask("stop", "--release")
     assert ask("rpc", "/sensor_server/rpc:i", "status")["stopped"] is False
 
 
-def test_two_demos_run_at_once_and_leave_nothing_behind(launch, ask, runtime_directory):
-    demos = [launch("demo", *SLOW, "--profile", "ideal") for _ in range(2)]
-    pids = []
-    for demo in demos:
-        demo.until("stop:    Ctrl-C")
-        rows = ask("status", "--connect", endpoint(demo))
-        assert [row["service"] for row in rows] == SERVICES
-        pids += [row["pid"] for row in rows]
+def pids_of(demo, ask):
+    """Return the processes of a demo that is ready."""
+    rows = ask("status", "--connect", endpoint(demo))
+    assert [row["service"] for row in rows if row["ready"]] == SERVICES
+    return [row["pid"] for row in rows]
+
+
+def test_two_demos_run_at_once_are_tared_and_pushed_and_leave_nothing_behind(
+    launch, ask, capsys, runtime_directory
+):
+    demo = launch("demo", *SLOW)
+    demo.until("stop:    Ctrl-C")
+    page = re.search(r"page: +(\S+)", demo.output)
+    assert page and b"<html" in urllib.request.urlopen(page[1], timeout=20.0).read().lower()
+    assert_tared(demo)
+    assert_takes_pushes(demo, ask, capsys)
+    assert_can_be_stopped(ask)
+
+    other = launch("demo", *SLOW, "--profile", "ideal")
+    other.until("stop:    Ctrl-C")
+    pids = pids_of(demo, ask) + pids_of(other, ask)
     assert len(set(pids)) == 2 * len(SERVICES)
-    for demo in demos:
-        demo.popen.send_signal(signal.SIGINT)
-    assert [demo.end(20.0) for demo in demos] == [0, 0]
+    for either in (demo, other):
+        either.popen.send_signal(signal.SIGINT)
+    assert [demo.end(20.0), other.end(20.0)] == [0, 0]
     assert not any(map(is_alive, pids))
     assert list(runtime_directory.glob("*.json")) == []
-    assert all("Traceback" not in demo.errors for demo in demos)
+    assert "Traceback" not in demo.errors + other.errors
 
 
 def test_the_demo_ends_by_itself(launch):

@@ -50,34 +50,26 @@ def two(launch, application):
     return command
 
 
-def test_all_services_become_ready_with_their_settings(two, status):
+def test_all_services_become_ready_with_their_settings_and_requests_are_sent(two, status):
     rows = status()
     assert list(rows) == ["hub", "one", "two"]
     assert all(row["ready"] and row["state"] == "ready" for row in rows.values())
     assert all(row["restarts"] == 0 and row["uptime_s"] > 0 for row in rows.values())
     assert os.getpriority(os.PRIO_PROCESS, rows["two"]["pid"]) >= 5
     assert '     one | settings {"colour": "red", "height": 3}' in two.errors
-
-
-def test_requests_are_sent_once_all_are_ready(two):
     eventually(lambda: "launcher | shine /one/rpc:i: done" in two.errors)
 
 
-def test_the_runtime_directory_tells_of_the_bus_until_the_end(two, runtime_directory):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_everything_with_status_0(two, status, runtime_directory, number):
     [file] = runtime_directory.glob("*.json")
     entry = json.loads(file.read_text())
     assert entry["pid"] == two.popen.pid and entry["endpoint"].startswith("tcp/127.0.0.1:")
-    two.popen.terminate()
-    assert two.end() == 0
-    assert list(runtime_directory.glob("*.json")) == []
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_ends_everything_with_status_0(two, status, number):
     pids = [row["pid"] for row in status().values()]
     two.popen.send_signal(number)
     assert two.end(5.0) == 0
     assert not any(map(is_alive, pids))
+    assert list(runtime_directory.glob("*.json")) == []
     assert "Traceback" not in two.errors
 
 
