@@ -67,7 +67,7 @@ def test_a_signal_ends_everything_with_status_0(two, status, runtime_directory, 
     assert entry["pid"] == two.popen.pid and entry["endpoint"].startswith("tcp/127.0.0.1:")
     pids = [row["pid"] for row in status().values()]
     two.popen.send_signal(number)
-    assert two.end(5.0) == 0
+    assert two.end() == 0
     assert not any(map(is_alive, pids))
     assert list(runtime_directory.glob("*.json")) == []
     assert "Traceback" not in two.errors
