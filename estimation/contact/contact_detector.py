@@ -1,19 +1,16 @@
 """Contact detector: flags per limb and places, from sensor frames alone."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from math import ceil
 
 import numpy as np
 
 from estimation.contact.contact_calibration import ContactCalibration, likeliest_variances
 from estimation.contact.contact_rows import ContactRows
-from estimation.contact.joint_statistic import PARTS, JointStatistic
 from estimation.contact.limb_monitor import Levels, LimbFlag, LimbMonitor
-from estimation.contact.limb_statistic import LimbStatistic
 from estimation.contact.localisation import Localisation
 from estimation.contact.quiet_period import Quiet
-from estimation.contact.row_covariance import RowCovariance, RowNoise
+from estimation.contact.row_covariance import RowNoise
+from estimation.contact.row_statistics import RowStatistics
 from estimation.contact.support_watch import SupportWatch
 from estimation.contact.touch_locator import TouchLocator
 from estimation.saturation import faults_by_name
@@ -22,7 +19,6 @@ from robot_model.messages import SensorFrame
 
 Array = np.ndarray
 BODY = "body"  # name of the flag of the whole body
-PIECES = 2 + 1 + PARTS + 1  # of covariance, limbs' and whole body's statistic
 SHARES = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)  # of the likeliest floors, tried one after the other
 
 
@@ -55,13 +51,12 @@ class ContactDetector:
         self.robot = robot
         self.settings = settings or DetectorSettings()
         self.rows = ContactRows(robot, support)
-        self.covariance = RowCovariance(self.rows, self.settings.noise)
+        self._statistics = RowStatistics(self.rows, self.settings.noise)
+        self.covariance = self._statistics.covariance
         self.locator = TouchLocator(
             self.rows, self.settings.noise, self.settings.smoothing, self.settings.method
         )
         self._supports = SupportWatch(robot, robot.supports[support])
-        self._limb_statistic = LimbStatistic(self.rows)
-        self._joint_statistic = JointStatistic(self.rows)
         limbs = tuple(subtree.name for subtree in robot.subtrees)
         self.monitor = LimbMonitor(limbs, self.settings.levels)
         self.body_monitor = LimbMonitor((BODY,), self.settings.levels)
@@ -83,7 +78,7 @@ class ContactDetector:
         self._shift: Array | float = 0.0  # of the readings from the covariance before to that one
         self._covariance_stamp = 0
         self._flags: tuple[object, ...] = ()
-        self._renewal: Iterator[None] = iter(())
+        self._statistics.stop()
 
     def set_support(self, support: str) -> None:
         """Change the kind of support; the tare is lost with it."""
@@ -104,7 +99,7 @@ class ContactDetector:
         self._refresh(frame, stamp, period)
         # the wrenches of what is felt and of how it changes, in one go
         both = np.array((touch, self.locator.change(touch)))
-        (statistic, change), (self.force, _) = self._limb_statistic.evaluate(both)
+        (statistic, change), (self.force, _) = self._statistics.limbs.evaluate(both)
         self.locator.add(touch, period, max(change.tolist()))
         told = statistic.tolist(), self.force.tolist()
         flags = self.monitor.update(*told, stamp, self._reasons)
@@ -115,7 +110,7 @@ class ContactDetector:
         return flags
 
     def _judge_body(self, touch: Array, stamp: int) -> LimbFlag:
-        found = self._joint_statistic.evaluate(touch)
+        found = self._statistics.body.evaluate(touch)
         self._likeliest = found.subtree
         told = [found.statistic], [found.force]
         return self.body_monitor.update(*told, stamp, [self._body_reason])[0]
@@ -127,8 +122,8 @@ class ContactDetector:
         self.locator.reset()
         self.tared = True
         self._renew()
-        self.monitor.learn(self._limb_statistic.evaluate(quiet.spread)[0].max(axis=0))
-        self.body_monitor.learn(self._joint_statistic.of_rows(quiet.spread).max(keepdims=True))
+        self.monitor.learn(self._statistics.limbs.evaluate(quiet.spread)[0].max(axis=0))
+        self.body_monitor.learn(self._statistics.body.of_rows(quiet.spread).max(keepdims=True))
         self._forget_contacts()
 
     def calibrate(self, motion: Quiet) -> ContactCalibration:
@@ -143,8 +138,8 @@ class ContactDetector:
         for share in SHARES:
             self.rows.floor[:] = share * (variances - least)
             self._renew()
-            limbs: Array = self._limb_statistic.evaluate(motion.touches)[0].max(axis=0)
-            body = float(self._joint_statistic.of_rows(motion.touches).max())
+            limbs: Array = self._statistics.limbs.evaluate(motion.touches)[0].max(axis=0)
+            body = float(self._statistics.body.of_rows(motion.touches).max())
             limbs[self.rows.removed.subtrees] = 0.0
             highest = self.settings.levels.margin * max(body, limbs.max())
             if highest <= self.settings.levels.contact:
@@ -235,21 +230,18 @@ class ContactDetector:
             frame.imu_valid.tobytes(),
             tuple(frame.faults),
         )
-        age = (stamp - self._covariance_stamp) * 1e-9
         changed = flags != self._flags
         outdated = changed or self.covariance.outdated(frame)
-        if not outdated and age < self.settings.covariance_time:
-            self._renew_on(period)
-            return
-        self._flags, self._covariance_stamp = flags, stamp
-        if changed:
-            self._learn_validity(frame)
-        self._shift = np.abs(frame.ft - self._frame.ft) if self._frame else 0.0
-        self._frame = frame
-        self._look_at_supports(frame, stamp)
-        self._renewal = self._pieces(frame)
-        if outdated:
-            self._renew()
+        if outdated or (stamp - self._covariance_stamp) * 1e-9 >= self.settings.covariance_time:
+            self._flags, self._covariance_stamp = flags, stamp
+            if changed:
+                self._learn_validity(frame)
+            self._shift = np.abs(frame.ft - self._frame.ft) if self._frame else 0.0
+            self._frame = frame
+            self._look_at_supports(frame, stamp)
+            self._statistics.begin(frame, self._model_error(frame))
+        # a step's share of the time, so that it ends before the next begins
+        self._statistics.go_on(1.0 if outdated else period / self.settings.covariance_time)
 
     def _learn_validity(self, frame: SensorFrame) -> None:
         self._reasons = self._limb_reasons(frame)
@@ -265,24 +257,9 @@ class ContactDetector:
             self._reasons[i] = f"bears a support and {why}" if why else "bears a support"
 
     def _renew(self) -> None:
-        """Compute what belongs to posture, validity, tare and calibration."""
+        """Compute at once what belongs to posture, validity, tare and calibration."""
         if self._frame is not None:
-            self._renewal = iter(())
-            for _ in self._pieces(self._frame):
-                pass
-
-    def _renew_on(self, period: float) -> None:
-        """Do as much of a renewal as a step's share is, so that it ends in time."""
-        for _ in range(ceil(PIECES * period / self.settings.covariance_time)):
-            next(self._renewal, None)
-
-    def _pieces(self, frame: SensorFrame) -> Iterator[None]:
-        """``_renew`` in ``PIECES`` pieces of about the same size."""
-        yield from self.covariance.renewal(frame, model_error=self._model_error(frame))
-        yield
-        self._limb_statistic.update(self.covariance)
-        yield
-        yield from self._joint_statistic.renewal(self.covariance)
+            self._statistics.renew(self._frame, self._model_error(self._frame))
 
     def _limb_reasons(self, frame: SensorFrame) -> list[str]:
         """Why each limb cannot be judged, "" if it can."""

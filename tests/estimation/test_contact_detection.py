@@ -228,9 +228,7 @@ def test_a_renewal_piece_by_piece_ends_where_one_at_once_does(
 ) -> None:
     rest, pushed = still
     detector = tared(robot, rest)
-    stamp, frame = pushed[-1]
-
-    stamps = count(stamp, 4_000_000)
+    stamps, frame = count(rest[-1][0] + 4_000_000, 4_000_000), pushed[-1][1]
 
     def step() -> list[float]:
         flags = *detector.step(frame, next(stamps)), detector.body
@@ -241,6 +239,19 @@ def test_a_renewal_piece_by_piece_ends_where_one_at_once_does(
     at_once = step()
     assert before[-1] != pytest.approx(at_once[-1], rel=1e-5)
     assert piece_by_piece == pytest.approx(at_once, rel=1e-9, abs=1e-9)
+
+
+def test_a_detector_that_steps_slowly_renews_all_in_one_step(
+    robot: Robot, still: tuple[Frames, Frames]
+) -> None:
+    rest, pushed = still
+    detector = tared(robot, rest)
+    stamp, frame = pushed[-1]
+    slowly = detector.step(frame, rest[-1][0] + 100_000_000)
+    detector.reset()
+    at_once = detector.step(frame, stamp)
+    for one, other in zip(slowly, at_once, strict=True):
+        assert one.statistic == pytest.approx(other.statistic, rel=1e-9, abs=1e-9)
 
 
 def test_a_push_that_lifts_the_heels_is_one_touch_and_the_rocking_after_it_none(
