@@ -7,6 +7,8 @@ Spectra of quantized signals, 1948); a filter that differentiates twice passes a
 much better: four times the white noise's deviation at f = 1 / (2 delay).
 """
 
+from functools import cache
+
 import numpy as np
 
 from estimation.differentiation import Weights
@@ -18,6 +20,7 @@ UNSTEADY = 15.0  # counts/s, by which a rate may change before somebody looks ag
 LEAST = 1e-9  # rad; what is less is rounding
 
 
+@cache
 def quantisation_gain(method: Weights) -> tuple[Array, Array]:
     """Return rates [counts/s] and standard deviations of accelerations [1/s^2] per step.
 

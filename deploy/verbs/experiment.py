@@ -43,7 +43,7 @@ def experiment(
     variant: Annotated[
         Names,
         typer.Option(
-            help="touch: usual, exact_masses, coarse, untared, friction, gain, "
+            help="touch: usual, exact_masses, untared, friction, gain, "
             "friction_calibrated, gain_calibrated, apart or together; repeatable; default: drawn."
         ),
     ] = None,

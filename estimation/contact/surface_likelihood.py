@@ -139,7 +139,7 @@ def refine(
     information, score = evidence
     point, force = touch[:, :3], touch[:, 3:]
     for _ in range(STEPS):
-        anchor, normal = surface.nearest(links, point)
+        anchor, normal = surface.entered(links, point, force)
         point -= normal * np.vecdot(normal, point - anchor)[:, None]  # onto the tangent plane
         beyond = _beyond(point - anchor)
         prior = _shift_information(normal, np.where(beyond.any(axis=1), SHIFT, STRIDE))
@@ -154,7 +154,8 @@ def refine(
     value = np.vecdot(wrench, score - 0.5 * np.matvec(information, wrench))
     outside = _shift_information(normal, np.full(len(normal), SHIFT))
     beyond = _beyond(shift)
-    value -= 0.5 * np.vecdot(beyond, np.matvec(outside, beyond)) + entry_cost(force.T, normal.T)
+    value -= 0.5 * np.vecdot(beyond, np.matvec(outside, beyond))
+    value -= entry_cost(force.T, surface.entered(links, point, force).normal.T)
     curvature[:, :3, :3] -= prior  # which only held the search on the surface
     curvature[:, :3, :3] += _shift_information(normal, np.full(len(normal), EXTENT))
     return Refined(value, touch, np.linalg.inv(curvature))

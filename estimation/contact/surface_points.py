@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from estimation.contact.point_forces import monomials
+from estimation.contact.point_forces import ENTRY, monomials
 from robot_model import Robot
 
 Array = np.ndarray
+SPACING = 0.01  # m between the points
 
 
 class Anchors(NamedTuple):
@@ -62,11 +63,23 @@ class SurfacePoints:
         """Return the squared distances [m^2] of a link's points from one of them, (P,)."""
         return _away_from(self.points[link][index]) @ self.powers[link]
 
-    def nearest(self, links: Sequence[str], point: Array) -> Anchors:
-        """Return the stored point nearest to one place (k, 3) on each link."""
-        away = _away_from(point)
-        pairs = zip(away, links, strict=True)
-        return self.anchors(links, [int((w @ self.powers[x]).argmin()) for w, x in pairs])
+    def entered(self, links: Sequence[str], point: Array, force: Array) -> Anchors:
+        """Return the stored point where a force (k, 3) near a place (k, 3) of each link enters.
+
+        That is the nearest one, but near an edge of the surface the normal of the nearest
+        is that of one side by chance: of those around the place that the force enters best.
+        """
+        inward = -force / (np.linalg.norm(force, axis=1, keepdims=True) + 1e-12)
+        triples = zip(links, _away_from(point), inward, strict=True)
+        return self.anchors(links, [self._entered(*one) for one in triples])
+
+    def _entered(self, link: str, away: Array, inward: Array) -> int:
+        distance, normals = away @ self.powers[link], self.normals[link]
+        nearest = int(distance.argmin())
+        if normals[nearest] @ inward > ENTRY:
+            return nearest
+        near = np.flatnonzero(distance <= max(SPACING**2, distance[nearest]))
+        return int(near[(normals[near] @ inward).argmax()])
 
 
 def _away_from(point: Array) -> Array:

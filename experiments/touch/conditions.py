@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from estimation.contact.row_covariance import RowNoise
-
 PHYSICS = ("mujoco", "pinocchio")
 METHODS = ("surface", "line", "particle")
 
@@ -21,7 +19,6 @@ class Variant:
     tared: bool = True
     friction: float = 0.0  # N m of Coulomb friction in every joint, unknown to the estimator
     gain_error: float = 0.0  # standard deviation of each F/T channel's gain
-    joint_acceleration: float = RowNoise.joint_acceleration  # rad/s^2, as the detector is told
     calibrated: bool = False  # the detector has learnt from 8 s of free motion
     contacts: str = "one"  # one; two at once on different sub-graphs (apart) or the same (together)
 
@@ -29,7 +26,6 @@ class Variant:
 VARIANTS = {
     "usual": Variant(),
     "exact_masses": Variant(mass_error=0.0),
-    "coarse": Variant(joint_acceleration=0.8),  # what 12-bit encoders give, ten times the usual
     "untared": Variant(tared=False),
     "friction": Variant(friction=0.5),
     "gain": Variant(gain_error=0.02),
@@ -51,7 +47,7 @@ class Condition(NamedTuple):
 
 MIX = (  # drawn where the user names neither profile nor variant
     (0.50, "realistic", "usual"),
-    (0.12, "realistic_12bit", "coarse"),
+    (0.12, "realistic_12bit", "usual"),
     (0.10, "ideal", "exact_masses"),
     (0.10, "realistic", "apart"),
     (0.03, "realistic", "together"),

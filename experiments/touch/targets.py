@@ -55,7 +55,7 @@ class Target:
 
 
 IDEAL = Sensors("ideal", "exact_masses")
-COARSE = Sensors("realistic_12bit", "coarse")
+TWELVE_BITS = Sensors("realistic_12bit")
 TARGETS = (
     Target("detected from 10 N on", "detected", 99, 100, least=STRONG),
     Target("delay from 10 N on, median", "delay", 15, 6, "ms", least=STRONG),
@@ -64,9 +64,9 @@ TARGETS = (
     Target("point, median", "point", 8, 4, "mm"),
     Target("point, 90 %", "point_90", 25, 15, "mm"),
     Target("force, median", "force", 0.5, 0.25, "N"),
-    Target("12 bit: link first", "first", 86, 95, sensors=COARSE),
-    Target("12 bit: point, median", "point", 8, 4, "mm", sensors=COARSE),
-    Target("12 bit: delay, median", "delay", 30, 6, "ms", sensors=COARSE),
+    Target("12 bit: link first", "first", 86, 95, sensors=TWELVE_BITS),
+    Target("12 bit: point, median", "point", 8, 4, "mm", sensors=TWELVE_BITS),
+    Target("12 bit: delay, median", "delay", 30, 6, "ms", sensors=TWELVE_BITS),
     Target(
         "two contacts, different sub-graphs: right pair",
         "first",

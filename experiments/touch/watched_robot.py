@@ -13,7 +13,6 @@ from estimation.contact.contact_detector import ContactDetector, DetectorSetting
 from estimation.contact.limb_monitor import LimbFlag
 from estimation.contact.localisation import Localisation
 from estimation.contact.quiet_period import Quiet, QuietPeriod
-from estimation.contact.row_covariance import RowNoise
 from estimation.sensor_pipeline import SensorPipeline
 from experiments.touch.cases import Case
 from experiments.touch.conditions import VARIANTS, Condition, Variant
@@ -80,8 +79,7 @@ class WatchedRobot:
         self._gain = _gains(robot, case.noise, self.variant.gain_error)
         believed = robot.perturbed(case.noise, self.variant.mass_error)
         support = "floor" if case.base == "free" else "pole"
-        noise = RowNoise(joint_acceleration=self.variant.joint_acceleration)
-        settings = DetectorSettings(noise=noise, method=condition.method)
+        settings = DetectorSettings(method=condition.method)
         self._pipeline = SensorPipeline(robot)
         self.detector = ContactDetector(believed, support, settings)
         self._limbs = self.detector.monitor.limbs

@@ -183,6 +183,17 @@ def wrong_gain() -> np.ndarray:
     return 1.0 + 0.02 * np.random.default_rng(3).standard_normal((6, 6)).clip(-2.0, 2.0)
 
 
+def test_nobody_need_tell_that_the_encoders_of_a_swaying_robot_have_twelve_bits(
+    robot: Robot,
+) -> None:
+    recorder = Recorder(robot, "realistic_12bit")
+    detector = tared(robot, recorder.record(0.4))
+    recorder.plant.motion(Motion("sway", SWAY))
+    assert watch(detector, recorder.record(3.0)) == set()
+    recorder.plant.push(PUSH["link"], np.zeros(3), np.array(PUSH["force"]), frame="world")
+    assert {"r_leg", "body"} <= watch(detector, recorder.record(0.4))
+
+
 def test_floors_are_learnt_where_the_errors_are(robot: Robot, rubbing: Recording) -> None:
     gain = np.ones((6, 6))
     gain[4, :3] = 1.03  # of the left foot

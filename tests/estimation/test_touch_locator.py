@@ -1,10 +1,12 @@
 """How the rows of a touch are smoothed before its place is looked for."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from estimation.contact.contact_rows import ContactRows
 from estimation.contact.row_covariance import RowNoise
 from estimation.contact.touch_locator import TouchLocator
 from robot_model import load_robot
@@ -98,6 +100,28 @@ def test_a_limb_that_no_push_explains_is_not_hidden_by_another_that_one_does(
     both = locator.locate(touched.frame, limbs, [], 0.0, 0).none_probability
     assert alone > 0.9 and pushes < 0.1
     assert both >= alone
+
+
+def test_a_touch_on_a_moving_arm_is_where_it_is_though_its_rows_are_smooth(
+    touched: TouchedRows,
+) -> None:
+    robot, rows = touched.robot, ContactRows(touched.robot)
+    locator = TouchLocator(rows, RowNoise(), 0.06, "surface")
+    index = int(touched.points_of("l_forearm")[40])
+    point, normal = touched.surface.points[index], touched.surface.normals[index]
+    wrench = np.concatenate((-15.0 * normal, np.cross(point, -15.0 * normal)))
+    forearm, frame = robot.links.index("l_forearm"), touched.frame
+    for step in range(100):
+        q = frame.q.copy()
+        q[robot.joints.index("l_elbow")] += 1.5 * PERIOD * step  # 1.5 rad/s
+        rows.update(replace(frame, q=q))
+        carried = rows.jacobian @ (rows.link_maps([forearm])[0] @ wrench)
+        locator.add(rows.remove(rows.layout.rows_of("l_forearm") * carried, rows.removed), PERIOD)
+    limb = robot.subtree_of("l_forearm")
+    best = locator.locate(replace(frame, q=q), [limb], [], 0.0, 0).hypotheses[0]
+    assert best.links[0] == "l_forearm"
+    assert np.linalg.norm(best.point - point) < 2e-3
+    np.testing.assert_array_equal(rows.q[rows.layout.tree.joint_q], q)  # as it was
 
 
 def test_the_map_holds_no_more_than_a_message_bears(
