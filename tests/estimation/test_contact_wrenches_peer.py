@@ -26,7 +26,7 @@ from robot_model import Robot, load_robot
 from tests.estimation.observer_states import random_input
 from tests.estimation.test_contact_wrenches import closed_form
 
-STATES = 200
+STATES = 250  # on each of two robots
 SKIN = np.array([1.0, -2.0, 0.5, 0.1, 0.0, -0.2])
 
 
