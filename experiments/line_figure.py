@@ -1,13 +1,14 @@
 """Figures of lines over time as SVG, the same bytes for the same numbers."""
 
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:  # half a second, for those who draw
+from experiments.svg import svg
+
+if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -16,17 +17,6 @@ POINTS = 400  # of a line, at most
 WIDTH, HEIGHT = 4.2, 1.8  # inch, of a panel
 TOP, BOTTOM = 0.7, 0.45  # inch, around the panels
 STROKES = (("#1f77b4", "-"), ("#d95f02", "--"), ("#555555", ":"))
-STYLE = {
-    "svg.fonttype": "none",
-    "svg.hashsalt": "wrenchbus",
-    "font.size": 9.0,
-    "lines.linewidth": 1.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e5e5e5",
-    "legend.frameon": False,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +29,7 @@ class Panel:
 
 def figure_svg(title: str, time: Array, panels: Sequence[Panel], columns: int = 2) -> str:
     """Return a figure of panels, row by row; ``time`` (T,) in seconds."""
-    from matplotlib import style
-
-    with style.context(STYLE, after_reset=True):
-        return _svg(_figure(title, time, panels, columns))
+    return svg(lambda: _figure(title, time, panels, columns))
 
 
 def _figure(title: str, time: Array, panels: Sequence[Panel], columns: int) -> "Figure":
@@ -76,9 +63,3 @@ def _draw(axes: "Axes", panel: Panel, time: Array, keep: slice) -> None:
     axes.set_ylabel(panel.title)
     axes.margins(x=0.0)
     axes.locator_params(nbins=5)
-
-
-def _svg(figure: "Figure") -> str:
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    return buffer.getvalue()

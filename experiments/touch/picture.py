@@ -1,6 +1,5 @@
 """A picture of one run: where the robot was pushed, where the detector says, what limbs felt."""
 
-import io
 from collections.abc import Iterator
 from dataclasses import asdict
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,6 +10,7 @@ import pinocchio as pin
 from estimation.contact.localisation import Localisation
 from estimation.contact.touch_map import NO_MAP, TouchMap
 from experiments.report import Report
+from experiments.svg import svg
 from experiments.touch.cases import Case, pushed_case
 from experiments.touch.conditions import VARIANTS, Condition
 from experiments.touch.pushes import PushGenerator
@@ -77,9 +77,9 @@ def draw(robot: Robot, seed: int, index: int, condition: Condition) -> Report:
     course = pushed(watched, case)
     score = judged(robot, watched, case, course)
     name = "_".join(("touch", str(seed), str(index), *condition[1:]))
-    figure = _figure(robot, watched, case, course, score, condition)
+    picture = svg(lambda: _figure(robot, watched, case, course, score, condition))
     lines = [f"{key}: {value}" for key, value in asdict(score).items()]
-    return Report(name, asdict(score), lines, {f"{name}.svg": _svg(figure)})
+    return Report(name, asdict(score), lines, {f"{name}.svg": picture})
 
 
 def _figure(
@@ -175,12 +175,3 @@ def _draw_statistics(axes: "Axes", watched: Remembering, case: Case, course: Cou
     axes.axvspan(0.0, case.pushes[0].length, color=TRUE, alpha=0.12, lw=0)
     axes.set(yscale="log", xlabel="time from the push [s]", ylabel="statistic / threshold")
     axes.legend(fontsize=7, ncols=4, loc="upper left")
-
-
-def _svg(figure: "Figure") -> str:
-    import matplotlib as mpl
-
-    buffer = io.StringIO()
-    with mpl.rc_context({"svg.hashsalt": "wrenchbus", "savefig.dpi": 110}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return buffer.getvalue()
