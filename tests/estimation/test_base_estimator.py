@@ -8,7 +8,6 @@ from estimation.attitude import AttitudeGains
 from estimation.base_estimator import BaseEstimate, BaseEstimator, BaseSample, BaseSettings
 from estimation.rotations import rotation_of
 from estimation.support_kinematics import SupportKinematics
-from robot_model import load_robot
 from robot_sim import Plant
 
 GAINS = AttitudeGains(tilt=0.5, orientation=5.0, heading=2.0, bias=0.5, acceleration_band=2.0)
@@ -23,11 +22,6 @@ SETTINGS = BaseSettings(
     linear_std=0.02,
     angular_std=0.01,
 )
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot("icub")
 
 
 def sample(plant: Plant, orientation: bool = True) -> BaseSample:

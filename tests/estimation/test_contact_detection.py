@@ -14,7 +14,7 @@ from estimation.contact.quiet_period import Quiet, QuietPeriod
 from estimation.contact.row_covariance import RowNoise
 from estimation.contact.support_watch import SupportWatch
 from estimation.sensor_pipeline import SensorPipeline
-from robot_model import Robot, load_robot
+from robot_model import Robot
 from robot_model.messages import SensorFrame
 from robot_sim import Plant
 from robot_sim.motions import Motion, Sinusoid
@@ -63,11 +63,6 @@ class Recorder:
                     (self.plant.time, self._pipeline.step(self.plant.raw(), self.plant.time))
                 )
         return frames
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("icub")
 
 
 @pytest.fixture(scope="module")

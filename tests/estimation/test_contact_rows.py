@@ -10,7 +10,7 @@ from estimation.contact.contact_rows import ContactRows
 from estimation.contact.localiser import Localiser
 from estimation.contact.row_covariance import RowCovariance
 from estimation.sensor_pipeline import SensorPipeline
-from robot_model import Robot, load_robot
+from robot_model import Robot
 from robot_model.messages import SensorFrame
 from robot_sim import Plant
 
@@ -22,11 +22,6 @@ TOUCHES = {
     "r_upper_leg": [0.0, -5.0, 5.0],
 }
 POINT = np.array([0.01, -0.02, 0.03])
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("icub")
 
 
 def exact_frame(plant: Plant) -> SensorFrame:

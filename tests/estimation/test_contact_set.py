@@ -4,12 +4,6 @@ import numpy as np
 import pytest
 
 from estimation.contact_set import MOST, Touch, contact_set, net_contacts, shared_subtrees
-from robot_model import load_robot
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot("icub")
 
 
 def test_supports_are_known_and_the_rest_is_assumed(robot):

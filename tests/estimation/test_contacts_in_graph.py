@@ -13,7 +13,7 @@ from estimation.graph.graph_dynamics import GraphWrenches, predict_readings, sol
 from estimation.graph.graph_kinematics import FrameMotion, solve_kinematics
 from estimation.graph.graph_parts import Leaf
 from estimation.torque_observer import TorqueObserver
-from robot_model import Robot, load_robot
+from robot_model import Robot
 from tests.estimation.observer_states import ObserverInput, random_input
 
 HAND = Leaf("hand", "l_hand", pin.SE3(np.eye(3), np.array([0.01, 0.0, 0.02])))
@@ -38,11 +38,6 @@ class TouchedArm:
 
     def wrenches(self, known: dict[str, np.ndarray]) -> GraphWrenches:
         return solve_wrenches(self.graph, self.motions, self.state.q, self.ft, known)
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("icub")
 
 
 @pytest.fixture(scope="module")

@@ -6,15 +6,9 @@ import pytest
 from estimation.gravity import GravityCompensator, LoadSharing
 from estimation.rotations import rotation_of, rotation_vector
 from estimation.support_wrenches import share_support, sole_box
-from robot_model import load_robot
 from robot_sim import Plant
 
 SHARING_TIME = 0.25  # s
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot("icub")
 
 
 def hold(plant: Plant, seconds: float, known_load: bool = True) -> np.ndarray:

@@ -8,17 +8,12 @@ import pytest
 from estimation.offline.log_filter import LogFilter
 from estimation.offline.sensor_log import SensorLog
 from estimation.sensor_pipeline import SensorPipeline
-from robot_model import Robot, load_robot
+from robot_model import Robot
 from robot_model.messages import RawFrame
 
 SIZE, SIDE = 160, 24
 FIELDS = ("q", "dq", "ddq", "motor_torque", "ft", "imu_gyro", "imu_acc", "imu_dgyro")
 FLAGS = ("joint_valid", "ft_valid", "imu_valid")
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("icub")
 
 
 @pytest.fixture

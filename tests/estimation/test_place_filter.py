@@ -6,21 +6,10 @@ import pytest
 from estimation.contact.link_fits import LinkFits
 from estimation.contact.localisation import Localisation
 from estimation.contact.place_filter import LOOKS, PlaceFilter
-from robot_model import Robot, load_robot
 from tests.estimation.touched_rows import TouchedRows, Watch
 
 Array = np.ndarray
 HELD = 12  # looks, 0.6 s
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("icub")
-
-
-@pytest.fixture(scope="module")
-def touched(robot: Robot) -> TouchedRows:
-    return TouchedRows(robot)
 
 
 def true_probability(found: Localisation, link: str) -> float:

@@ -4,22 +4,11 @@ import numpy as np
 import pytest
 
 from estimation.contact.localiser import METHODS, Localiser
-from robot_model import Robot, load_robot
 from tests.estimation.touched_rows import TouchedRows, Watch
 
 LINKS = ("chest", "head", "l_forearm", "r_upper_leg")
 PER_LINK = 6
 TOLERANCE = {"surface": 0.001, "line": 0.004, "particle": 0.008}  # m, median on exact rows
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("icub")
-
-
-@pytest.fixture(scope="module")
-def touched(robot: Robot) -> TouchedRows:
-    return TouchedRows(robot)
 
 
 def places(touched: TouchedRows) -> list[int]:

@@ -10,14 +10,9 @@ from estimation.residual.momentum_filter import MomentumFilter
 from estimation.residual.residual_model import residual_model
 from estimation.residual.residuals import FloatingResiduals
 from estimation.sensor_pipeline import SensorPipeline
-from robot_model import Robot, load_robot
+from robot_model import Robot
 from robot_model.messages import SensorFrame
 from robot_sim import Plant
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("icub")
 
 
 def random_state(model: pin.Model, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

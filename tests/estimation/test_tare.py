@@ -9,17 +9,11 @@ from estimation.resting import MovingError, RestingAverage, StillnessLimits, Tar
 from estimation.sensor_pipeline import SensorPipeline
 from estimation.tare import OffsetLimits, Tare, stance_supports
 from estimation.torque_observer import TorqueObserver
-from robot_model import load_robot
 from robot_sim import Plant
 from tests.estimation.one_foot import FOOT, on_one_foot
 
 LIMITS = StillnessLimits(joint_velocity=0.02, joint_travel=0.02, angular_velocity=0.05)
 ARMS = [0, 1]
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot("icub")
 
 
 @pytest.fixture(scope="module")

@@ -7,14 +7,9 @@ import pinocchio as pin
 import pytest
 
 from estimation.torque_observer import TorqueObserver
-from robot_model import Robot, build_tree, load_robot
+from robot_model import Robot, build_tree
 from robot_sim import Plant
 from tests.estimation.observer_states import ObserverInput, random_input
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("icub")
 
 
 class KnownMotion:

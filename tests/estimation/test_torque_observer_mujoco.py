@@ -7,7 +7,6 @@ import pytest
 
 from estimation.torque_observer import TorqueObserver
 from experiments.mujoco_plant import MujocoPlant
-from robot_model import load_robot
 
 SECONDS, EVERY = 1.2, 5
 RELATIVE = 1e-9  # with MuJoCo's solver at its own tolerance of 1e-8 the floor leaves 5e-5
@@ -36,11 +35,6 @@ PUSHES = {
         TimedPush("l_foot", (0.03, 0.0, 0.0), (10.0, 10.0, -25.0), 0.5, 0.6),
     ],
 }
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot("icub")
 
 
 def goal(robot, support: str, time: float) -> np.ndarray:

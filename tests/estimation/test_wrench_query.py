@@ -10,15 +10,10 @@ from estimation.graph.graph_dynamics import GraphWrenches, remaining_wrench, sol
 from estimation.graph.graph_kinematics import FrameMotion, solve_kinematics
 from estimation.torque_observer import TorqueObserver
 from estimation.wrench_query import WrenchQuery
-from robot_model import Robot, load_robot
+from robot_model import Robot
 from tests.estimation.observer_states import random_input
 
 STATE_SEED = 4
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("icub")
 
 
 @pytest.fixture(scope="module")
