@@ -11,29 +11,42 @@ from dashboard.chromium import choose
 pytestmark = [pytest.mark.browser, pytest.mark.system, pytest.mark.timeout(600)]
 
 
-def url_of_page(hub: str) -> str:
-    with Node("reader", connect=hub, signals=False) as reader:
-        wait_for_service(reader, "dashboard", timeout=60.0)
-        return reader.call("/dashboard/rpc:i", "status")["url"]
+class Fed:
+    """A page, and a feeder that plays the services."""
+
+    def __init__(self, hub: str):
+        self._hub = hub
+        self.processes = [Process("dashboard", "--connect", hub)]
+        self.feed()
+
+    def feed(self) -> None:
+        """Start the feeder."""
+        self.feeder = Process("tests.dashboard.feeder", "--connect", self._hub)
+        self.processes.append(self.feeder)
+
+    def url(self) -> str:
+        """Return the page's address."""
+        with Node("reader", connect=self._hub, signals=False) as reader:
+            wait_for_service(reader, "dashboard", timeout=60.0)
+            return reader.call("/dashboard/rpc:i", "status")["url"]
 
 
 @pytest.fixture(scope="module")
-def fed() -> Iterator[str]:
-    """Address of a page that shows what a feeder says."""
+def fed() -> Iterator[Fed]:
     with running_hub() as hub:
-        modules = "tests.dashboard.feeder", "dashboard"
-        processes = [Process(module, "--connect", hub) for module in modules]
+        running = Fed(hub)
         try:
-            yield url_of_page(hub)
-            assert [process.stop() for process in processes] == [0, 0]
+            yield running
+            for process in running.processes:
+                assert process.stop() == 0 or process.expected is None  # killed
         finally:
-            for process in processes:
+            for process in running.processes:
                 process.clean_up()
 
 
 @pytest.fixture(scope="module")
-def opened(fed: str, look_on):
-    return look_on(fed)
+def opened(fed: Fed, look_on):
+    return look_on(fed.url())
 
 
 @pytest.fixture
@@ -96,13 +109,10 @@ def test_ports_and_help_are_one_click_away(page):
     page.page.get_by_role("button", name="Push", exact=True).wait_for()
 
 
-def test_silence_looks_stale_and_passes(start, hub, look):
-    feeder = start("tests.dashboard.feeder")
-    start("dashboard")
-    page = look(url_of_page(hub))
+def test_silence_looks_stale_and_passes(fed: Fed, page):
     page.await_text("status", "^live")
-    feeder.kill()
+    fed.feeder.kill()
     page.await_text("status", "^stale: no data on /icub/sensors:o for ")
     page.await_text("alarm", "^contact unknown: ")
-    start("tests.dashboard.feeder")
+    fed.feed()
     page.await_text("status", "^live")
