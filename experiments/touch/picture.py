@@ -126,7 +126,8 @@ def _draw_view(axes: "Axes", robot: Robot, look: Looked, case: Case, axis: int) 
     for colour, link, point, force in _arrows(look, case):
         tip = look.placements[link].act(point)
         tail = tip - ARROW * look.placements[link].rotation @ force
-        arrow = {"color": colour, "arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
+        width = 2.5 if colour == TRUE else 1.0
+        arrow = {"color": colour, "arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "lw": width}
         axes.annotate("", tip[seen], tail[seen], arrowprops=arrow)
         tips += [tip[seen], tail[seen]]
     low, high = np.min(tips, axis=0), np.max(tips, axis=0)
@@ -147,10 +148,10 @@ def _draw_places(axes: "Axes", look: Looked, seen: list[int]) -> None:
 
 def _arrows(look: Looked, case: Case) -> Iterator[tuple[str, str, Array, Array]]:
     """Colour, link, point [m] and force [N] of the pushes and of the best guess on each limb."""
-    for guess in look.located.hypotheses[: len(case.pushes)]:
-        yield GUESS, guess.links[0], guess.point, guess.force
     for push in case.pushes:
         yield TRUE, push.link, push.point, push.force
+    for guess in look.located.hypotheses[: len(case.pushes)]:
+        yield GUESS, guess.links[0], guess.point, guess.force
 
 
 def _placed(links: list[str], points: Array, placements: dict[str, pin.SE3]) -> Array:
