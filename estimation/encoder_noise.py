@@ -69,6 +69,12 @@ class EncoderNoise:
             np.minimum(self._smallest, change, out=self._smallest)
         self._last = q
 
+    def learn(self, positions: Array) -> None:
+        """Take the positions of a log, (T, n) rad."""
+        change = np.abs(np.diff(positions, axis=0))
+        change[change < LEAST] = np.inf
+        self._smallest = np.minimum(self._smallest, change.min(axis=0, initial=np.inf))
+
     def deviation(self, dq: Array) -> Array:
         """Return the standard deviation of accelerations at velocities dq, (n,) rad/s^2."""
         step = self.step

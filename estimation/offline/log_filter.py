@@ -5,11 +5,13 @@ comes after a sample, they are put at the instant that they describe: no delay i
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from estimation.differentiation import LEAST, Kernel, differentiate
+from estimation.encoder_noise import EncoderNoise
 from estimation.offline.sensor_log import FLAGS, SensorBlock, SensorLog
 
 Array = np.ndarray
@@ -36,6 +38,8 @@ class LogFilter:
             period = log.period
             self.kernel = Kernel(period, max(delay, LEAST * period))
             self.log = log.bridged()
+            self._encoders = EncoderNoise(self.kernel, log.q.shape[1])
+            self._encoders.learn(log.q)
             self._bridge = max(1, round(bridge / period))  # periods
 
     def blocks(self, length: int) -> Iterator[SensorBlock]:
@@ -45,7 +49,8 @@ class LogFilter:
                 yield _pass(self.log, rows)
             return
         for first, positions in self._segments():
-            yield from _Segment(self.log, self.kernel, first, positions).blocks(length)
+            segment = _Segment(self.log, self.kernel, self._encoders, first, positions)
+            yield from segment.blocks(length)
 
     @property
     def breaks(self) -> Array:
@@ -69,9 +74,12 @@ class LogFilter:
 class _Segment:
     """A stretch of a log in which every gap can be bridged."""
 
-    def __init__(self, log: SensorLog, kernel: Kernel, first: int, positions: Array):
+    def __init__(
+        self, log: SensorLog, kernel: Kernel, encoders: EncoderNoise, first: int, positions: Array
+    ):
         self._log, self._kernel, self._first, self._positions = log, kernel, first, positions
         given = log.dq is not None and log.ddq is not None
+        self._encoders = None if given else encoders
         motion = ("dq", "ddq") if given else ()
         kinds = ("q", *motion, "motor_torque", "ft", "imu_gyro", "imu_acc", "imu_dgyro")
         self._kinds = [kind for kind in kinds if getattr(log, kind) is not None]
@@ -128,7 +136,7 @@ class _Segment:
         for kind, array in value.items():
             array[~valid[FLAGS[kind]]] = 0.0
         of_log = slice(self._first + rows.start, self._first + rows.stop)
-        return _block(log, of_log, value, valid)
+        return replace(_block(log, of_log, value, valid), encoders=self._encoders)
 
     def _split(self, results: Array) -> dict[str, Array]:
         """Return the three results of each kind, (3, B, …)."""

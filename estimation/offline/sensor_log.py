@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
+from estimation.encoder_noise import EncoderNoise
 from robot_model.messages import SensorFrame
 
 Array = np.ndarray
@@ -100,6 +101,7 @@ class SensorBlock:
     imu_valid: Array
     motor_torque_valid: bool
     imu_quat_wxyz: Array | None = None
+    encoders: EncoderNoise | None = None  # where accelerations come from positions
     complete: bool = field(init=False)  # every channel is valid in every sample
 
     def __post_init__(self) -> None:
@@ -131,4 +133,5 @@ class SensorBlock:
             ft_valid=self.ft_valid[i],
             imu_valid=self.imu_valid[i],
             motor_torque_valid=self.motor_torque_valid,
+            ddq_deviation=None if self.encoders is None else self.encoders.deviation(self.dq[i]),
         )

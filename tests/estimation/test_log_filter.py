@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from estimation.differentiation import Kernel
 from estimation.offline.log_filter import LogFilter
 from estimation.offline.sensor_log import SensorLog
 from estimation.sensor_pipeline import SensorPipeline
@@ -122,3 +123,12 @@ def test_at_a_low_rate_the_window_is_as_wide_as_three_samples(log):
     assert found.kernel is not None and found.kernel.side == 3
     (block,) = found.blocks(SIZE)
     assert len(block) == SIZE - 6
+
+
+def test_a_log_of_counting_encoders_tells_how_wrong_its_accelerations_are(log, robot):
+    step = 2.0 * np.pi / 4096
+    ramp = np.linspace(0.0, 0.05, SIZE)[:, None] * np.ones(robot.n)
+    counted = replace(log, q=step * np.rint(ramp / step))
+    told = next(LogFilter(counted).blocks(SIZE)).frame(0).ddq_deviation
+    white = Kernel(1e-3, 0.024).noise_gain[2] * step / np.sqrt(12.0)
+    assert (told >= white * (1.0 - 1e-9)).all() and (told < 5.0 * white).all()

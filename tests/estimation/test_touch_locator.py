@@ -107,19 +107,19 @@ def test_a_touch_on_a_moving_arm_is_where_it_is_though_its_rows_are_smooth(
 ) -> None:
     robot, rows = touched.robot, ContactRows(touched.robot)
     locator = TouchLocator(rows, RowNoise(), 0.06, "surface")
-    index = int(touched.points_of("l_forearm")[40])
+    index = int(touched.points_of("l_hand")[40])
     point, normal = touched.surface.points[index], touched.surface.normals[index]
     wrench = np.concatenate((-15.0 * normal, np.cross(point, -15.0 * normal)))
-    forearm, frame = robot.links.index("l_forearm"), touched.frame
+    hand, frame = robot.links.index("l_hand"), touched.frame
     for step in range(100):
         q = frame.q.copy()
         q[robot.joints.index("l_elbow")] += 1.5 * PERIOD * step  # 1.5 rad/s
         rows.update(replace(frame, q=q))
-        carried = rows.jacobian @ (rows.link_maps([forearm])[0] @ wrench)
-        locator.add(rows.remove(rows.layout.rows_of("l_forearm") * carried, rows.removed), PERIOD)
-    limb = robot.subtree_of("l_forearm")
+        carried = rows.jacobian @ (rows.link_maps([hand])[0] @ wrench)
+        locator.add(rows.remove(rows.layout.rows_of("l_hand") * carried, rows.removed), PERIOD)
+    limb = robot.subtree_of("l_hand")
     best = locator.locate(replace(frame, q=q), [limb], [], 0.0, 0).hypotheses[0]
-    assert best.links[0] == "l_forearm"
+    assert best.links[0] == "l_hand"
     assert np.linalg.norm(best.point - point) < 2e-3
     np.testing.assert_array_equal(rows.q[rows.layout.tree.joint_q], q)  # as it was
 
