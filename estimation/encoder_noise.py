@@ -4,7 +4,9 @@ A joint that passes f counts per second makes an error like a saw tooth of that 
 whose harmonics k f have the amplitudes 1 / (pi k) steps. Only where it is fast, and its
 harmonics fold all over the band, is that the white noise of 1/12 square step (Bennett,
 Spectra of quantized signals, 1948); a filter that differentiates twice passes a slow one's
-much better: four times the white noise's deviation at f = 1 / (2 delay).
+much better: four times the white noise's deviation at f = 0.6 / delay. Near whole fractions
+of the sampling frequency the harmonics fold back to slow ones, but a joint passes those
+rates quickly, and that is neglected.
 """
 
 from functools import cache
@@ -15,7 +17,7 @@ from estimation.differentiation import Weights
 
 Array = np.ndarray
 HARMONICS = 30
-FASTEST = 1100.0  # counts/s, beyond which the error is taken as white
+FASTEST = 150.0  # counts/s, beyond which the error is taken as white
 UNSTEADY = 15.0  # counts/s, by which a rate may change before somebody looks again
 LEAST = 1e-9  # rad; what is less is rounding
 
