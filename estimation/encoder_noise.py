@@ -55,27 +55,32 @@ class EncoderNoise:
         self._rates, self._gain = quantisation_gain(method)
         self._smallest = np.full(joints, np.inf)
         self._last: Array | None = None
+        self._step: Array | None = np.zeros(joints)
 
     @property
     def step(self) -> Array:
         """Step of each encoder, (n,) rad; 0 while no joint has moved."""
-        seen = np.isfinite(self._smallest)
-        coarsest = self._smallest[seen].max(initial=0.0)
-        return np.where(seen, self._smallest, coarsest)
+        if self._step is None:
+            seen = np.isfinite(self._smallest)
+            self._step = np.where(seen, self._smallest, self._smallest[seen].max(initial=0.0))
+        return self._step
 
     def see(self, q: Array) -> None:
         """Take measured positions, (n,) rad."""
         if self._last is not None:
-            change = np.abs(q - self._last)
-            change[change < LEAST] = np.inf
-            np.minimum(self._smallest, change, out=self._smallest)
+            self._take(np.abs(q - self._last))
         self._last = q
 
     def learn(self, positions: Array) -> None:
         """Take the positions of a log, (T, n) rad."""
         change = np.abs(np.diff(positions, axis=0))
-        change[change < LEAST] = np.inf
-        self._smallest = np.minimum(self._smallest, change.min(axis=0, initial=np.inf))
+        self._take(np.where(change < LEAST, np.inf, change).min(axis=0, initial=np.inf))
+
+    def _take(self, change: Array) -> None:
+        smaller = (change < self._smallest) & (change > LEAST)
+        if smaller.any():
+            self._smallest[smaller] = change[smaller]
+            self._step = None
 
     def deviation(self, dq: Array) -> Array:
         """Return the standard deviation of accelerations at velocities dq, (n,) rad/s^2."""
