@@ -42,6 +42,7 @@ SETTINGS = (
     Setting("residuals.force_floor", "Base min [N]", 0.1, 30.0, 0.1),
     Setting("residuals.moment_floor", "Base min [N m]", 0.05, 10.0, 0.05),
     Setting("model_error", "Model error", 0.0, 0.2, 0.005),
+    Setting("gain_error", "Gain error", 0.0, 0.2, 0.005),
     Setting("drift_time", "Slow tare [s]", 1.0, 300.0, 1.0),
 )
 METHOD, METHODS = "method", ("surface", "line", "particle")  # of finding the place of a touch

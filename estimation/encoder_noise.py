@@ -4,7 +4,9 @@ A joint that passes f counts per second makes an error like a saw tooth of that 
 whose harmonics k f have the amplitudes 1 / (pi k) steps. Only where it is fast, and its
 harmonics fold all over the band, is that the white noise of 1/12 square step (Bennett,
 Spectra of quantized signals, 1948); a filter that differentiates twice passes a slow one's
-much better: four times the white noise's deviation at f = 1 / (2 delay).
+much better: four times the white noise's deviation at f = 0.6 / delay. Near whole fractions
+of the sampling frequency the harmonics fold back to slow ones, but a joint passes those
+rates quickly, and that is neglected.
 """
 
 from functools import cache
@@ -15,7 +17,7 @@ from estimation.differentiation import Weights
 
 Array = np.ndarray
 HARMONICS = 30
-FASTEST = 1100.0  # counts/s, beyond which the error is taken as white
+FASTEST = 150.0  # counts/s, beyond which the error is taken as white
 UNSTEADY = 15.0  # counts/s, by which a rate may change before somebody looks again
 LEAST = 1e-9  # rad; what is less is rounding
 
@@ -53,27 +55,32 @@ class EncoderNoise:
         self._rates, self._gain = quantisation_gain(method)
         self._smallest = np.full(joints, np.inf)
         self._last: Array | None = None
+        self._step: Array | None = np.zeros(joints)
 
     @property
     def step(self) -> Array:
         """Step of each encoder, (n,) rad; 0 while no joint has moved."""
-        seen = np.isfinite(self._smallest)
-        coarsest = self._smallest[seen].max(initial=0.0)
-        return np.where(seen, self._smallest, coarsest)
+        if self._step is None:
+            seen = np.isfinite(self._smallest)
+            self._step = np.where(seen, self._smallest, self._smallest[seen].max(initial=0.0))
+        return self._step
 
     def see(self, q: Array) -> None:
         """Take measured positions, (n,) rad."""
         if self._last is not None:
-            change = np.abs(q - self._last)
-            change[change < LEAST] = np.inf
-            np.minimum(self._smallest, change, out=self._smallest)
+            self._take(np.abs(q - self._last))
         self._last = q
 
     def learn(self, positions: Array) -> None:
         """Take the positions of a log, (T, n) rad."""
         change = np.abs(np.diff(positions, axis=0))
-        change[change < LEAST] = np.inf
-        self._smallest = np.minimum(self._smallest, change.min(axis=0, initial=np.inf))
+        self._take(np.where(change < LEAST, np.inf, change).min(axis=0, initial=np.inf))
+
+    def _take(self, change: Array) -> None:
+        smaller = (change < self._smallest) & (change > LEAST)
+        if smaller.any():
+            self._smallest[smaller] = change[smaller]
+            self._step = None
 
     def deviation(self, dq: Array) -> Array:
         """Return the standard deviation of accelerations at velocities dq, (n,) rad/s^2."""
