@@ -12,7 +12,7 @@ from estimation.contact.quiet_period import Quiet
 from estimation.contact.row_covariance import RowNoise
 from estimation.contact.row_statistics import RowStatistics
 from estimation.contact.support_watch import SupportWatch
-from estimation.contact.touch_locator import TouchLocator
+from estimation.contact.touch_locator import Look, TouchLocator
 from estimation.saturation import faults_by_name
 from robot_model import Robot
 from robot_model.messages import SensorFrame
@@ -197,14 +197,18 @@ class ContactDetector:
         return touched or ([self._likeliest] if self.body_monitor.touched else [])
 
     def locate(self, frame: SensorFrame) -> Localisation:
-        """Locate the touch of every touched limb, at the posture of the last step.
+        """Locate the touch of every touched limb, at the time of the last step.
 
         Call it at a steady rate while a limb is touched: what is held is known better
-        with time. Probabilities of one limb sum to one with its share of none.
+        with time.
         """
+        return self.locator.search(self.look(frame))
+
+    def look(self, frame: SensorFrame) -> Look:
+        """Return what ``locator.search`` needs, which may run beside the next steps."""
         unjudged = [i for i, why in enumerate(self._reasons) if why]
         error = self._model_error(frame)
-        return self.locator.locate(frame, self.touched, unjudged, error, self._stamp or 0)
+        return self.locator.look(frame, self.touched, unjudged, error, self._stamp or 0)
 
     def _model_error(self, frame: SensorFrame) -> Array:
         """What is proportional to masses and gains, of changes since the tare, (nv,).

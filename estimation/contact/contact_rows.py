@@ -1,7 +1,6 @@
 """What touches add to a robot's equations of motion, from one sample of all sensors."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -28,9 +27,9 @@ class ContactRows:
     The root is the first inertial sensor; wrenches are in its axes, about its origin.
     """
 
-    def __init__(self, robot: Robot, support: str = "floor"):
+    def __init__(self, robot: Robot, support: str = "floor", layout: RowLayout | None = None):
         self.robot = robot
-        self.layout = RowLayout(robot)
+        self.layout = layout or RowLayout(robot)
         tree, self._model = self.layout.tree, self.layout.model
         self._data = self._model.createData()
         self.jacobian = self._data.J.T
@@ -79,21 +78,14 @@ class ContactRows:
         a[3:6] = frame.imu_dgyro[0]
         a[self._joint_v] = frame.ddq
         rows = pin.rnea(self._model, self._data, q, v, a)
-        self._put(q)
+        self.put(q)
         self.predicted[:] = rows
         rows -= self._measured(frame)
         rows -= self.bias.value
         return self.remove(rows, self.removed)
 
-    @contextmanager
-    def at(self, q: Array) -> Iterator[None]:
-        """Take another configuration, (nq,), for a while; rows stay those of the sample."""
-        present = self._q.copy()
-        self._put(q)
-        yield
-        self._put(present)
-
-    def _put(self, q: Array) -> None:
+    def put(self, q: Array) -> None:
+        """Take a configuration, (nq,), without a sample."""
         self._q[:] = q
         pin.computeJointJacobians(self._model, self._data, self._q)
         self._force_maps = self._columns[self._map_index].reshape(-1, 6, 6)

@@ -31,17 +31,16 @@ class Localiser:
     def __init__(self, rows: ContactRows, method: str = "surface"):
         self._rows = rows
         self.surface = SurfacePoints(rows.robot)
-        self.choose(method)
+        self.method = self.make(method)
         subtrees = range(len(rows.robot.subtrees))
         self._bodies = [self.surface.touchable(rows.robot, i) for i in subtrees]
 
-    def choose(self, method: str) -> None:
-        """Change the method; what the last one remembered is lost."""
+    def make(self, method: str) -> PlaceMethod:
+        """Return a method that remembers nothing yet; ValueError for an unknown one."""
         if method not in METHODS:
             known = ", ".join(METHODS)
             raise ValueError(f"localisation method must be one of {known}, got {method!r}")
-        self.name = method
-        self.method: PlaceMethod = METHODS[method](self.surface)
+        return METHODS[method](self.surface)
 
     def links_of(self, subtree: int) -> list[str]:
         """Names of the links of a sub-tree that have a surface."""

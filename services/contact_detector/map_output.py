@@ -2,7 +2,6 @@
 
 from bus import Node
 from bus.envelope import Envelope
-from estimation.contact.touch_locator import TouchLocator
 from estimation.contact.touch_map import NO_MAP, TouchMap
 from robot_model import Robot, ports
 from robot_model.messages import ContactMap
@@ -21,13 +20,18 @@ class MapOutput:
         """The stamps jumped back."""
         self._next = 0
 
-    def publish(self, locator: TouchLocator, like: Envelope, doubt: str) -> None:
-        """Write what the locator found last, or that nothing is known and why."""
+    def wanted(self, stamp: int) -> bool:
+        """Whether anybody reads a map of this stamp [ns]."""
+        return self._port.wanted(stamp)
+
+    def publish(self, places: TouchMap, like: Envelope, doubt: str) -> None:
+        """Write what was found last, or that nothing is known and why."""
         if like.stamp < self._next or not self._port.wanted(like.stamp, not doubt):
             return
         self._next = like.stamp + self._period
-        places = NO_MAP if doubt else locator.map()
-        self._port.write(_message(places), like=like, valid=not doubt, reason=doubt)
+        self._port.write(
+            _message(NO_MAP if doubt else places), like=like, valid=not doubt, reason=doubt
+        )
 
     def complain(self, like: Envelope | None, reason: str) -> None:
         """Say that no frames come."""

@@ -14,6 +14,7 @@ from robot_model.messages import ContactPoints, Contacts, Residuals
 from services.contact_detector.config import ContactDetectorConfig
 from services.contact_detector.map_output import MapOutput
 from services.contact_detector.messages import contacts_message, points_message
+from services.contact_detector.place_search import Found
 
 
 class Outputs:
@@ -46,6 +47,10 @@ class Outputs:
         """Whether anybody reads the residuals of a stamp."""
         return self._residuals.wanted(stamp)
 
+    def wants_map(self, stamp: int) -> bool:
+        """Whether anybody reads the map of the places."""
+        return self._map.wanted(stamp)
+
     def residuals(self, bank: ResidualBank, like: Envelope) -> None:
         """Write the residuals of the last sample."""
         if self._residuals.wanted(like.stamp, bank.valid):
@@ -55,18 +60,18 @@ class Outputs:
         self,
         detector: ContactDetector,
         flags: list[LimbFlag],
-        located: Localisation,
+        found: Found,
         like: Envelope,
         doubt: str,
     ) -> None:
         """Write flags, hypotheses and the map of the places."""
-        self._map.publish(detector.locator, like, doubt)
+        self._map.publish(found.places, like, doubt)
         if not self._contacts.wanted(like.stamp, not doubt):
             return
         if doubt:
             message = _nothing(detector, doubt)
         else:
-            message = contacts_message(flags, located, detector.body)
+            message = contacts_message(flags, found.located, detector.body)
         self._contacts.write(message, like=like, valid=not doubt, reason=doubt)
 
     def places(

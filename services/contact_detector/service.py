@@ -1,5 +1,6 @@
 """The contact detector: sensor frames in, residuals and contacts out."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from bus.paced import WAIT, Complaint
 from bus.rhythm import Rhythm
 from estimation.contact.contact_detector import ContactDetector
 from estimation.contact.limb_monitor import LimbFlag
-from estimation.contact.localisation import NOWHERE, Localisation
+from estimation.contact.touch_locator import Look, TouchLocator
+from estimation.contact.touch_map import NO_MAP
 from estimation.offline.log_attitude import upward
 from estimation.residual.residual_bank import ResidualBank
 from robot_model import Robot, load_robot, ports
@@ -19,6 +21,7 @@ from robot_model.messages import BaseState, SensorFrame
 from services.contact_detector.calibrations import Calibrations
 from services.contact_detector.config import ContactDetectorConfig
 from services.contact_detector.outputs import Outputs
+from services.contact_detector.place_search import Found, PlaceSearch
 from services.contact_detector.taring import Taring
 
 UNREAD = 20_000_000  # ns between residuals that nobody reads, so that they are there at once
@@ -45,7 +48,7 @@ class ContactService:
         self._complaint = Complaint(self._complain)
         self._up_base: np.ndarray | None = None
         self._flags: list[LimbFlag] = []
-        self._located: Localisation = NOWHERE
+        self._search = PlaceSearch(beside=not config.lockstep)
         node.verb("tare", self._tare, help="take what the resting robot shows for zero {seconds}")
         node.verb("calibrate", self._calibrate, help="learn from a motion untouched {seconds}")
         node.verb("calibrations", self._listed, help="list stored calibrations")
@@ -149,7 +152,7 @@ class ContactService:
         self._bank.reset()
         self._next = self._next_location = 0
         self._outputs.restart()
-        self._located = NOWHERE
+        self._search.forget()
 
     def _look_up(self) -> np.ndarray | None:
         """Upwards in base axes by the base estimator, None when that is not known or needed."""
@@ -163,19 +166,23 @@ class ContactService:
     def _detect(self, frame: SensorFrame, stamp: int) -> None:
         self._flags = self.detector.step(frame, stamp)
         self._taring.add(frame, stamp)
+        idle = self._search.idle
         if not self.detector.touched or not self.detector.tared:
-            self._located, self._next_location = NOWHERE, 0
-        elif stamp >= self._next_location:
-            self._located = self.detector.locate(frame)
+            self._search.forget()
+            self._next_location = 0
+        elif idle and stamp >= self._next_location:
+            mapped, look = self._outputs.wants_map(stamp), self.detector.look(frame)
+            self._search.begin(partial(_find, self.detector.locator, look, mapped))
             self._next_location = stamp + round(1e9 / self._config.locate_rate)
 
     def _publish(self, like: Envelope) -> None:
         doubt, config, outputs = self._doubt(), self._config, self._outputs
         outputs.residuals(self._bank, like)
-        outputs.contacts(self.detector, self._flags, self._located, like, doubt)
+        found = self._search.found
+        outputs.contacts(self.detector, self._flags, found, like, doubt)
         if config.tell_points:
             period = round(1e9 / config.locate_rate)
-            outputs.places(self.detector.touched, self._located, period, like, doubt)
+            outputs.places(self.detector.touched, found.located, period, like, doubt)
 
     def _doubt(self) -> str:
         """Why nothing is said about contacts."""
@@ -233,3 +240,7 @@ class ContactService:
             "body_threshold": float(self.detector.body_monitor.threshold[0]),
             "calibration": self._calibrations.status(),
         }
+
+
+def _find(locator: TouchLocator, look: Look, mapped: bool) -> Found:
+    return Found(locator.search(look), locator.map() if mapped else NO_MAP)

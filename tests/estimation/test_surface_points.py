@@ -43,6 +43,6 @@ def test_a_light_push_is_not_drawn_to_a_stored_point(touched: TouchedRows) -> No
     locator = touched.locator()
     locator.add(touched.at("l_forearm", place, -0.5 * normal), 0.004)
     limb = touched.robot.subtree_of("l_forearm")
-    best = locator.locate(touched.frame, [limb], [], 0.0, 0).hypotheses[0]
+    best = locator.search(locator.look(touched.frame, [limb], [], 0.0, 0)).hypotheses[0]
     assert best.links[0] == "l_forearm"
     assert np.linalg.norm(best.point - place) < 4e-4

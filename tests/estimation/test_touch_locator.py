@@ -52,7 +52,7 @@ def test_a_sudden_push_has_its_force_after_a_few_samples(
     add(locator, np.zeros(touched.rows.layout.model.nv), statistic)
     for _ in range(5):
         add(locator, touched.push(index, 15.0), statistic)
-    best = locator.locate(touched.frame, [limb], [], 0.0, 0).hypotheses[0]
+    best = locator.search(locator.look(touched.frame, [limb], [], 0.0, 0)).hypotheses[0]
     assert np.linalg.norm(best.force) == pytest.approx(15.0, abs=0.5)
 
 
@@ -66,7 +66,7 @@ def test_noise_is_smoothed_although_sudden_changes_are_followed(
         rows = push + touched.noise(0.3)  # white noise is a part of what is expected
         add(locator, rows, statistic)
         if step >= 60 and step % 2:
-            seen = locator.locate(touched.frame, [limb], [], 0.0, 0).hypotheses[0]
+            seen = locator.search(locator.look(touched.frame, [limb], [], 0.0, 0)).hypotheses[0]
             smooth.append(np.linalg.norm(seen.force))
             rough.append(np.linalg.norm(touched.rows.wrenches(rows)[limb][:3]))
     assert np.std(smooth) < 0.4 * np.std(rough)
@@ -76,7 +76,7 @@ def test_two_touched_limbs_are_both_located(touched: TouchedRows, locator: Touch
     arm, leg = (int(touched.points_of(link)[40]) for link in ("l_forearm", "r_upper_leg"))
     locator.add(touched.push(arm, 10.0) + touched.push(leg, 12.0), PERIOD)
     limbs = [touched.robot.subtree_of(link) for link in ("l_forearm", "r_upper_leg")]
-    found = locator.locate(touched.frame, limbs, [], 0.0, 0)
+    found = locator.search(locator.look(touched.frame, limbs, [], 0.0, 0))
     assert {h.links[0] for h in found.hypotheses[:2]} == {"l_forearm", "r_upper_leg"}
     forces = sorted(float(np.linalg.norm(h.force)) for h in found.hypotheses[:2])
     assert forces == pytest.approx([10.0, 12.0], abs=0.1)
@@ -91,13 +91,13 @@ def test_a_limb_that_no_push_explains_is_not_hidden_by_another_that_one_does(
     twist = touched.at("l_forearm", np.zeros(3), np.array([20.0, 0.0, 0.0]))
     twist -= touched.at("l_forearm", np.array([0.0, 0.3, 0.0]), np.array([20.0, 0.0, 0.0]))
     locator.add(twist, PERIOD)
-    alone = locator.locate(touched.frame, limbs[:1], [], 0.0, 0).none_probability
+    alone = locator.search(locator.look(touched.frame, limbs[:1], [], 0.0, 0)).none_probability
     locator.reset()
     locator.add(touched.push(arm, 10.0) + touched.push(leg, 12.0), PERIOD)
-    pushes = locator.locate(touched.frame, limbs, [], 0.0, 0).none_probability
+    pushes = locator.search(locator.look(touched.frame, limbs, [], 0.0, 0)).none_probability
     locator.reset()
     locator.add(twist + touched.push(leg, 12.0), PERIOD)
-    both = locator.locate(touched.frame, limbs, [], 0.0, 0).none_probability
+    both = locator.search(locator.look(touched.frame, limbs, [], 0.0, 0)).none_probability
     assert alone > 0.9 and pushes < 0.1
     assert both >= alone
 
@@ -118,7 +118,7 @@ def test_a_touch_on_a_moving_arm_is_where_it_is_though_its_rows_are_smooth(
         carried = rows.jacobian @ (rows.link_maps([hand])[0] @ wrench)
         locator.add(rows.remove(rows.layout.rows_of("l_hand") * carried, rows.removed), PERIOD)
     limb = robot.subtree_of("l_hand")
-    best = locator.locate(replace(frame, q=q), [limb], [], 0.0, 0).hypotheses[0]
+    best = locator.search(locator.look(replace(frame, q=q), [limb], [], 0.0, 0)).hypotheses[0]
     assert best.links[0] == "l_hand"
     assert np.linalg.norm(best.point - point) < 2e-3
     np.testing.assert_array_equal(rows.q[rows.layout.tree.joint_q], q)  # as it was
@@ -129,7 +129,7 @@ def test_the_map_holds_no_more_than_a_message_bears(
 ) -> None:
     index = int(touched.points_of("chest")[40])
     locator.add(touched.push(index, 0.5), PERIOD)  # so little that it may be anywhere
-    locator.locate(touched.frame, [touched.robot.subtree_of("chest")], [], 0.0, 0)
+    locator.search(locator.look(touched.frame, [touched.robot.subtree_of("chest")], [], 0.0, 0))
     places = locator.map()
     assert len(places.link) > 5
     assert 1000 < len(places.point) <= 1500

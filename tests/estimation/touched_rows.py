@@ -75,4 +75,6 @@ class Watch:
         """Take rows, 50 ms after the last ones, and return where the touch is."""
         self._stamp += LOOK
         self.locator.add(rows, LOOK * 1e-9)
-        return self.locator.locate(self._touched.frame, [self._limb], [], 0.0, self._stamp)
+        return self.locator.search(
+            self.locator.look(self._touched.frame, [self._limb], [], 0.0, self._stamp)
+        )
