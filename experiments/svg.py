@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # half a second, for those who draw
 STYLE = {
     "svg.fonttype": "none",
     "svg.hashsalt": "wrenchbus",
-    "savefig.dpi": 110,  # of what is drawn as pixels
+    "savefig.dpi": 90,  # of what is drawn as pixels
     "font.size": 9.0,
     "lines.linewidth": 1.0,
     "axes.spines.top": False,

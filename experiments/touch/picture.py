@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 Array = np.ndarray
 MARGIN = 0.15  # m around the places of interest
 ARROW = 0.004  # m per N
+BEFORE = 1.0  # s before the push that are shown
 VIEWS = (("from the front", 1, "y"), ("from the side", 0, "x"))  # horizontal axis of the base
 TRUE, GUESS, BODY = "#1f77b4", "#d6249f", "#c8ccd2"
 
@@ -100,6 +101,7 @@ def _figure(
         _draw_view(parts[label], robot, look, case, axis)
         parts[label].set(title=name, xlabel=f"{label} [m], axes of the base", ylabel="z [m]")
     _draw_statistics(parts["time"], watched, case, course)
+    figure.legend(fontsize=7, ncols=7, loc="outside lower center")
     return figure
 
 
@@ -168,11 +170,15 @@ def _placed(links: list[str], points: Array, placements: dict[str, pin.SE3]) -> 
 def _draw_statistics(axes: "Axes", watched: Remembering, case: Case, course: Course) -> None:
     stamps = (np.array([stamp for stamp, _ in watched.statistics]) - course.start) * 1e-9
     shares = np.array([share for _, share in watched.statistics])
-    shown = stamps > -2.0
+    shown = stamps > -BEFORE
     for limb, share in zip(watched.detector.monitor.limbs, shares.T, strict=True):
         if not np.isnan(share[shown]).all():
             axes.plot(stamps[shown], share[shown], lw=0.8, label=limb)
     axes.axhline(1.0, color="black", lw=0.6, ls="--")
     axes.axvspan(0.0, case.pushes[0].length, color=TRUE, alpha=0.12, lw=0)
-    axes.set(yscale="log", xlabel="time from the push [s]", ylabel="statistic / threshold")
-    axes.legend(fontsize=7, ncols=4, loc="upper left")
+    axes.set(
+        yscale="log",
+        ylim=(0.02, None),
+        xlabel="time from the push [s]",
+        ylabel="statistic / threshold",
+    )
