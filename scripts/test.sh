@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the tests in three sets beside each other, because most of them wait: for leases,
+# Runs the tests in four sets beside each other, because most of them wait: for leases,
 # back-offs and robots in slow motion. Those that choose files run by themselves:
 # scripts/test.sh PYTHON [PYTEST-ARGUMENT ...]
 set -u
@@ -10,10 +10,11 @@ for argument in "$@"; do
 done
 
 maths="tests/estimation tests/robot_model tests/robot_sim tests/experiments"  # no processes
+bus="tests/bus"
 robots="tests/browser tests/system"  # whole robots, one after the other
 network="tests/multihost"  # after those: counts seconds of a cable that is out
-named="$maths $robots $network tests/data tests/soak tests/__pycache__"
-processes=$(ls -d tests/*/ | sed 's:/$::' | grep -vxE "${named// /|}")
+named="$maths $bus $robots $network tests/data tests/soak tests/__pycache__"
+services=$(ls -d tests/*/ | sed 's:/$::' | grep -vxE "${named// /|}")
 status=5  # pytest's where no test was chosen, by -k for instance
 logs=$(mktemp -d)
 trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$logs"' EXIT
@@ -30,11 +31,14 @@ finish() {  # PID LOG: waits for a set in the background
 
 nice -n 10 "$python" -m pytest -o timeout=900 "$@" $maths >"$logs/maths" 2>&1 &
 maths_pid=$!
-"$python" -m pytest "$@" $processes >"$logs/processes" 2>&1 &
-processes_pid=$!
+"$python" -m pytest "$@" $bus >"$logs/bus" 2>&1 &
+bus_pid=$!
+"$python" -m pytest "$@" $services >"$logs/services" 2>&1 &
+services_pid=$!
 "$python" -m pytest "$@" $robots
 note $?
-finish "$processes_pid" processes
+finish "$bus_pid" bus
+finish "$services_pid" services
 "$python" -m pytest "$@" $network
 note $?
 finish "$maths_pid" maths
