@@ -26,6 +26,7 @@ from bus.node import Node
 
 T = TypeVar("T")
 STOP_WITHIN = 5.0  # s
+CLEARED_WITHIN = 30.0  # s, when a test is over and nobody claims how soon, on a loaded machine
 READY_WITHIN = 60.0  # s, on a loaded machine
 _FAILED = pytest.StashKey[bool]()
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
@@ -145,7 +146,7 @@ def _finish(processes: list[Process]) -> None:
     for process in reversed(processes):
         try:
             process.send(signal.SIGCONT)
-            status = process.stop()
+            status = process.stop(timeout=CLEARED_WITHIN)
             if process.expected is not None and status != process.expected:
                 complaints.append(f"{process.name} ended with {status}:\n{process.output}")
         except AssertionError as error:

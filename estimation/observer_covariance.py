@@ -33,6 +33,7 @@ class Uncertainty(NamedTuple):
     torque_std: Array  # (n,) N m
     wrench: Array  # (c, 6, 6) as Estimate.wrench
     subtree_wrench: Array  # (s, 6, 6) as Estimate.subtree_wrench
+    prediction: Array  # (k, 6, 6) of Estimate.predicted - Estimate.measured
 
 
 def propagate(
@@ -61,8 +62,10 @@ def propagate(
     """
     state = observer.motion(q, dq, ddq, gyro, acc, dgyro)
     maps = _Maps(observer, state, noise, source)
-    wrench, net = (map @ map.transpose(0, 2, 1) for map in (maps.wrench, maps.net))
-    return Uncertainty(np.sqrt((maps.torque**2).sum(axis=1)), wrench, net)
+    wrench, net, prediction = (
+        map @ map.transpose(0, 2, 1) for map in (maps.wrench, maps.net, maps.prediction)
+    )
+    return Uncertainty(np.sqrt((maps.torque**2).sum(axis=1)), wrench, net, prediction)
 
 
 def _square_root(covariance: Array) -> Array:
@@ -89,6 +92,7 @@ class _Maps:
         entering_v = np.vstack([np.arange(6), graph.tree.cut_v])
         force_maps = np.linalg.inv(jacobian[:, entering_v].transpose(1, 2, 0))
         entering = _entering(observer, forces, noise)
+        self.prediction = entering[1:]  # (k, 6, p + 6 k)
         external = _combined(graph.incidence, force_maps @ entering)
         s, start = len(entering), graph.leaf_v
         leaves = jacobian[:, start : start + 6 * s].T.reshape(s, 6, 6)

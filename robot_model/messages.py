@@ -204,13 +204,17 @@ class ExternalWrenches:
 class FtPrediction:
     """Force/torque readings that the model predicts without contacts, and the measured ones.
 
-    ``reasons``: per sensor, why it is invalid; empty while all are valid.
+    ``covariance`` is that of predicted - measured while nothing touches. ``reasons``: per
+    sensor, why it is invalid; empty while all are valid.
     """
 
     TYPE: ClassVar[str] = "FtPrediction/1"
     predicted: Vector = array("k", 6, unit="N, N m", frame="sensor; parent on child")
     measured: Vector = array("k", 6, unit="N, N m", frame="sensor; parent on child")
     valid: Vector = flags("k")
+    covariance: Vector | None = array(
+        "k", 6, 6, unit="N, N m (squared)", frame="as predicted", optional=True
+    )
     reasons: list[str] = scalar(default_factory=list)
 
 

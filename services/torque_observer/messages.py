@@ -66,16 +66,18 @@ class Composer:
             **_decision(e, v.subtree),
         )
 
-    def prediction(self, e: Estimate, v: Validity) -> FtPrediction:
+    def prediction(self, e: Estimate, u: Uncertainty, v: Validity) -> FtPrediction:
         """Return predicted and measured readings, zero where they are invalid."""
-        predicted, measured = e.predicted, e.measured
+        predicted, measured, covariance = e.predicted, e.measured, u.prediction
         if not v.complete:
             valid = v.prediction[:, None]
             predicted, measured = np.where(valid, predicted, 0.0), np.where(valid, measured, 0.0)
+            covariance = np.where(valid[:, None], covariance, 0.0)
         return FtPrediction(
             predicted=predicted,
             measured=measured,
             valid=v.prediction,
+            covariance=covariance,
             reasons=v.prediction_reasons,
         )
 

@@ -49,7 +49,7 @@ class Outputs:
             wrenches = self._composer.wrenches(estimate, uncertainty, validity)
             _judge(self._wrenches, wrenches, validity.subtree, validity, like)
         if self._predictions.wanted(like.stamp):
-            prediction = self._composer.prediction(estimate, validity)
+            prediction = self._composer.prediction(estimate, uncertainty, validity)
             _judge(self._predictions, prediction, validity.prediction, validity, like)
 
     def write_nothing(self, uncertainty: Uncertainty, reason: str, like: Envelope | None) -> None:
@@ -58,7 +58,7 @@ class Outputs:
         for output, data in (
             (self._torques, self._composer.torques(nothing, uncertainty, lost)),
             (self._wrenches, self._composer.wrenches(nothing, uncertainty, lost)),
-            (self._predictions, self._composer.prediction(nothing, lost)),
+            (self._predictions, self._composer.prediction(nothing, uncertainty, lost)),
         ):
             output.write(data, like=like, valid=False, reason=reason)
 
