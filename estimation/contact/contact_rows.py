@@ -52,7 +52,7 @@ class ContactRows:
 
     def set_support(self, support: str) -> None:
         """Change the kind of support."""
-        self._support_frames = self.robot.supports[support]
+        self.support, self._support_frames = support, self.robot.supports[support]
         self._removing: dict[tuple[int, ...], RemovedWrenches] = {}
         self.removed = self.removing(())
 

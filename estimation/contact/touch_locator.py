@@ -53,7 +53,7 @@ class TouchLocator:
 
     def __init__(self, rows: ContactRows, noise: RowNoise, smoothing: float, method: str):
         self._rows = rows
-        self._at = ContactRows(rows.robot, layout=rows.layout)  # of the search
+        self._at = ContactRows(rows.robot, rows.support, rows.layout)  # of the search
         self._covariance = RowCovariance(self._at, noise)
         self._localiser = Localiser(self._at, method)
         self._smooth = np.zeros(rows.layout.model.nv)
