@@ -1,5 +1,6 @@
 """What exists on the bus, for verbs that take a name."""
 
+import time
 from typing import Any
 
 from bus import BusError, Node
@@ -70,9 +71,18 @@ def rpc_port(node: Node, name: str) -> str:
     return f"/{name}/rpc:i"
 
 
+def _simulators(node: Node) -> list[str]:
+    """RPC ports of all simulated robots; on a busy machine the first may be long in coming."""
+    deadline = time.monotonic() + DEADLINE
+    while True:
+        found = [port["name"] for port in all_ports(node) if port["name"].endswith(SIMULATOR)]
+        if found or time.monotonic() > deadline or not node.running:
+            return found
+
+
 def simulator_port(node: Node, robot: str | None) -> str:
     """Return the RPC port of the simulated robot: the one named, or the only one alive."""
-    found = [port["name"] for port in all_ports(node) if port["name"].endswith(SIMULATOR)]
+    found = _simulators(node)
     robots = [name.removeprefix("/").removesuffix(SIMULATOR) for name in found]
     if robot is None and len(found) == 1:
         return found[0]
