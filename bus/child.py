@@ -14,7 +14,6 @@ from pathlib import Path
 
 PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 ROOT = Path(__file__).resolve().parents[1]
-AUTOGROUP = Path("/proc/self/autogroup")
 UNBOUND = "0"  # instead of a parent's number
 
 
@@ -42,17 +41,9 @@ def take(priority: str) -> None:
     """Take a niceness; or the lowest real-time priority, where the system permits it."""
     if priority != "realtime":
         os.nice(int(priority))
-        _nice_group(priority)
         return
     with suppress(AttributeError, OSError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
-
-
-def _nice_group(priority: str) -> None:
-    """Give its niceness to the session, too, where Linux shares the processor among sessions."""
-    if priority != "0" and os.getsid(0) == os.getpid():
-        with suppress(OSError):
-            AUTOGROUP.write_text(priority)
 
 
 def main() -> None:

@@ -3,8 +3,6 @@
 import os
 import subprocess
 
-import pytest
-
 import bus
 from bus import child
 
@@ -30,18 +28,6 @@ def test_any_other_priority_is_a_niceness(monkeypatch):
     monkeypatch.setattr(os, "nice", given.append)
     child.take("5")
     assert given == [5]
-
-
-@pytest.mark.parametrize(("leads", "written"), [(True, ["7"]), (False, [])])
-def test_a_session_of_its_own_takes_the_niceness_and_that_of_others_does_not(
-    monkeypatch, tmp_path, leads, written
-):
-    group = tmp_path / "autogroup"
-    monkeypatch.setattr(child, "AUTOGROUP", group)
-    monkeypatch.setattr(os, "nice", lambda _: 0)
-    monkeypatch.setattr(os, "getsid", lambda _: os.getpid() if leads else os.getppid())
-    child.take("7")
-    assert ([group.read_text()] if group.exists() else []) == written
 
 
 def test_a_folder_called_as_a_package_of_ours_is_not_taken_for_it_and_own_modules_are_found(
