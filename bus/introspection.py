@@ -26,21 +26,25 @@ __all__ = [
 
 
 QUIET = 0.15  # s without news after which everybody has been heard
+MISSED = 1.0  # s without news after which what is looked for does not exist
 MEET = 2.0  # s
 
 
-def hear_all(node: Node, found: Callable[[], object] = lambda: None, timeout: float = 3.0) -> None:
+def hear_all(node: Node, found: Callable[[], object] | None = None, timeout: float = 3.0) -> None:
     """Return when ``found()``, or when everybody whom the hub knows has told its ports.
 
     A node that has just been opened hears from the others one by one, and on a busy
     machine slowly. Raises BusError when no hub answers.
     """
-    if found():
+    if found and found():
         return
+    quiet = MISSED if found else QUIET
     if time.monotonic() < node.opened_at + MEET:
         meet_peers(node.session, Asker(node.endpoint, MEET, lambda: node.running))
     names, heard, deadline = -1, time.monotonic(), time.monotonic() + timeout
-    while not found() and node.running and time.monotonic() < min(heard + QUIET, deadline):
+    while node.running and time.monotonic() < min(heard + quiet, deadline):
+        if found and found():
+            return
         if (now := len(node.directory.names())) != names:
             names, heard = now, time.monotonic()
         time.sleep(0.005)

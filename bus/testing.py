@@ -26,7 +26,7 @@ from bus.node import Node
 
 T = TypeVar("T")
 STOP_WITHIN = 5.0  # s
-CLEARED_WITHIN = 30.0  # s, when a test is over and nobody claims how soon, on a loaded machine
+CLEARED_WITHIN = 15.0  # s, when a test is over and nobody claims how soon, on a loaded machine
 READY_WITHIN = 60.0  # s, on a loaded machine
 _FAILED = pytest.StashKey[bool]()
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}

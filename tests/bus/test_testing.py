@@ -77,6 +77,6 @@ def test_a_user_can_test_services_of_his_own(pytester):
     )
     result = pytester.runpytest_subprocess("-p", "no:randomly", timeout=120)
     result.assert_outcomes(failed=1, errors=1)
-    result.stdout.fnmatch_lines(["*here I am*", "*stubborn did not end within 5*"])
+    result.stdout.fnmatch_lines(["*here I am*", "*stubborn did not end within 15*"])
     pid = re.findall(r"^pid (\d+)$", result.stdout.str(), re.MULTILINE)[0]
     assert not _lives(int(pid))
