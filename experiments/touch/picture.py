@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from estimation.contact.localisation import Localisation
+from estimation.contact.localisation import NOWHERE, Localisation
 from estimation.contact.touch_map import NO_MAP, TouchMap
 from experiments.report import Report
 from experiments.svg import svg
@@ -26,7 +26,7 @@ Array = np.ndarray
 MARGIN = 0.15  # m around the places of interest
 ARROW = 0.004  # m per N
 BEFORE = 1.0  # s before the push that are shown
-VIEWS = (("from the front", 1, "y"), ("from the side", 0, "x"))  # horizontal axis of the base
+VIEWS = (("looking along -x", 1, "y"), ("looking along +y", 0, "x"))  # horizontal axis of the base
 TRUE, GUESS, BODY = "#1f77b4", "#d6249f", "#c8ccd2"
 
 
@@ -35,8 +35,7 @@ class Looked(NamedTuple):
 
     located: Localisation
     places: TouchMap
-    placements: dict[str, pin.SE3]  # of links, in the base's axes
-    force: float  # N, largest of a touched limb
+    placements: dict[str, pin.SE3]  # of links, in the frame of the base
 
 
 class Remembering(WatchedRobot):
@@ -55,19 +54,20 @@ class Remembering(WatchedRobot):
 
     def _locate(self) -> Localisation:
         located = super()._locate()
-        rows, force = self.detector.rows, max(flag.force for flag in self.flags)
-        placements = dict(zip(rows.robot.links, map(pin.SE3, rows.place_links()), strict=True))
-        self.looks.append(Looked(located, self.detector.locator.map(), placements, force))
+        self.looks.append(Looked(located, self.detector.locator.map(), self._placements()))
         return located
+
+    def _placements(self) -> dict[str, pin.SE3]:
+        robot, placed = self.robot, self.detector.rows.place_links()
+        base = placed[robot.links.index(robot.base_link)].inverse()
+        return {link: base * place for link, place in zip(robot.links, placed, strict=True)}
 
     def look_at(self, course: Course) -> Looked:
         """Return what there was to see when the push was judged, else what there is now."""
         for look in self.looks:
             if course.moment is not None and look.located is course.moment.located:
                 return look
-        rows = self.detector.rows
-        placements = dict(zip(rows.robot.links, map(pin.SE3, rows.place_links()), strict=True))
-        return Looked(Localisation((), 1.0), NO_MAP, placements, 0.0)
+        return Looked(NOWHERE, NO_MAP, self._placements())
 
 
 def draw(robot: Robot, seed: int, index: int, condition: Condition) -> Report:
