@@ -263,7 +263,8 @@ def test_readers_follow_the_clock_of_the_file(hub: str, node: Node, tape: Record
         stood = node.clock.time
         ask(node, "step", seconds=0.1)
         eventually(_looking(node, lambda: node.clock.time >= stood + 80 * MS))
-        assert node.clock.state == "paused" and node.clock.resets == 0
+        eventually(_looking(node, lambda: node.clock.state == "paused"))
+        assert node.clock.resets == 0
         ask(node, "seek", time=0.0)  # backwards is a reset
         eventually(_looking(node, lambda: node.clock.resets == 1))
         assert node.clock.time < stood
@@ -271,7 +272,7 @@ def test_readers_follow_the_clock_of_the_file(hub: str, node: Node, tape: Record
         ask(node, "resume")
         eventually(_looking(node, lambda: ask(node, "status")["ended"]))
         eventually(_looking(node, lambda: node.clock.time == 1000 * MS))
-        assert node.clock.state == "paused"
+        eventually(_looking(node, lambda: node.clock.state == "paused"))
 
 
 def _looking(node: Node, predicate: Callable[[], bool]) -> Callable[[], bool]:
