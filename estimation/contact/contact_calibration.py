@@ -12,7 +12,7 @@ ROUNDS = 60  # after which the variances change by less than a percent
 class ContactCalibration:
     """Floors of the variances and thresholds.
 
-    ``floor``: (nv,) variance added to what each row of ``ContactRows`` reads.
+    ``floor``: (nv,) variance of each row of ``ContactRows`` beyond its sensor's noise.
     ``threshold``: (s,) of the sub-trees and ``body_threshold`` of the whole body, in
     standard deviations; ``samples``: of the motion.
     """

@@ -130,13 +130,12 @@ class ContactDetector:
         """Learn floors and thresholds from a motion in which nothing touched, and use them.
 
         Floors are the likeliest variances of the readings' errors row by row, of these the
-        least share with which no threshold need be raised; where none does, they are.
+        least share with which no threshold need be raised; where none does, they are. Those
+        of the joints take the place of the friction that is expected without a calibration.
         """
-        self.use(None)
-        variances = self._learn_variances(motion.touches)
-        least = self.covariance.variances
+        floors = self._learn_floors(motion.touches)
         for share in SHARES:
-            self.rows.floor[:] = share * (variances - least)
+            self.rows.floor = floor = self._share(floors, share)
             self._renew()
             limbs: Array = self._statistics.limbs.evaluate(motion.touches)[0].max(axis=0)
             body = float(self._statistics.body.of_rows(motion.touches).max())
@@ -145,7 +144,7 @@ class ContactDetector:
             if highest <= self.settings.levels.contact:
                 break
         margin = self.settings.levels.margin
-        floor, size = self.rows.floor.copy(), len(motion.touches)
+        size = len(motion.touches)
         self.use(ContactCalibration(floor, np.multiply(limbs, margin), margin * body, size))
         assert self.calibration is not None
         return self.calibration
@@ -153,21 +152,32 @@ class ContactDetector:
     def use(self, calibration: ContactCalibration | None) -> None:
         """Put floors and thresholds in force; None for those of the settings."""
         self.calibration = calibration
-        self.rows.floor[:] = 0.0 if calibration is None else calibration.floor
+        self.rows.floor = None if calibration is None else calibration.floor
         limbs = len(self.monitor.limbs)
         self.monitor.calibrate(np.zeros(limbs) if calibration is None else calibration.threshold)
         body = 0.0 if calibration is None else calibration.body_threshold
         self.body_monitor.calibrate(np.array([body]))
         self._renew()
 
-    def _learn_variances(self, touches: Array) -> Array:
+    def _share(self, floors: Array, share: float) -> Array:
+        """A share of floors; of the joints' no less than all, which places depend on."""
+        joints = self.rows.layout.tree.joint_v
+        shared = share * floors
+        shared[joints] = max(share, 1.0) * floors[joints]
+        return shared
+
+    def _learn_floors(self, touches: Array) -> Array:
+        """Likeliest variances of the readings beyond those of the sensors, (nv,)."""
+        self.use(None)
+        self.rows.floor = np.zeros(len(self._touch))
         self._renew()
         covariance, active = self.covariance, self.rows.removed.active
         removal = self.rows.removal()[active]
         fixed = covariance.matrix[np.ix_(active, active)]
         fixed = fixed - (removal * covariance.variances) @ removal.T
         rows = touches[:, active]
-        return likeliest_variances(rows.T @ rows / len(rows), fixed, removal, covariance.variances)
+        moment, least = rows.T @ rows / len(rows), covariance.variances
+        return likeliest_variances(moment, fixed, removal, least) - least
 
     def configure(self, settings: DetectorSettings) -> None:
         """Change times and levels; contacts and the tare stay."""

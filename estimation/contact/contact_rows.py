@@ -47,7 +47,7 @@ class ContactRows:
         self._telling = _telling(robot, tree)
         self.predicted = np.zeros(self._model.nv)
         self.bias = RowBias(self.layout)
-        self.floor = np.zeros(self._model.nv)  # variance that a calibration adds to each row
+        self.floor: Array | None = None  # (nv,) variance of the rows that a calibration found
         self.set_support(support)
 
     def set_support(self, support: str) -> None:

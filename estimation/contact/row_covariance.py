@@ -27,7 +27,8 @@ class RowNoise:
     joint_acceleration: float = 0.08  # rad/s^2, least; encoders that count make more
     ft_force: float = 0.1  # N
     ft_moment: float = 0.01  # N m
-    torque: float = 0.3  # N m; leaves room for friction that nobody modelled
+    torque: float = 0.03  # N m, of the motors
+    friction: float = 0.3  # N m; room for what nobody modelled, until a calibration finds it
     base_force: float = 0.3  # N, errors of the model
     base_moment: float = 0.05  # N m
 
@@ -56,6 +57,8 @@ class RowCovariance:
         self._rotors = np.zeros((nv, nv), order="F")
         self._rotors[np.ix_(self._joint_v, self._joint_v)] = rows.robot.rotor_inertia
         self._motion, self._reading = self._deviations()
+        self._friction = np.zeros(nv)  # variance
+        self._friction[self._joint_v] = self.noise.friction**2
         self._joint_deviation = self._motion[self._joint_v]
         self._posture = rows.q[layout.tree.joint_q]
         self._diagonal = np.diag_indices(nv)
@@ -162,7 +165,8 @@ class RowCovariance:
 
     def _variances(self, frame: SensorFrame) -> Array:
         """Variances of the readings, (nv,)."""
-        variances = np.square(self._reading) + self._rows.floor
+        floor = self._friction if self._rows.floor is None else self._rows.floor
+        variances = np.square(self._reading) + floor
         trusted = frame.joint_valid & frame.motor_torque_valid
         variances[self._joint_v[~trusted]] = UNKNOWN
         variances[self._cut_v[~frame.ft_valid]] = UNKNOWN

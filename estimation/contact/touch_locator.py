@@ -31,7 +31,7 @@ class Look(NamedTuple):
     ended: set[int]  # sub-trees whose touch has ended since the last look
     model_error: Array | float  # standard deviation of what the model predicts, (nv,)
     bias: Array  # (nv, nv) covariance of what a tare leaves open
-    floor: Array  # (nv,) variance that a calibration adds
+    floor: Array | None  # (nv,) variance that a calibration found
     method: PlaceMethod
 
 
@@ -136,7 +136,7 @@ class TouchLocator:
             ended=ended,
             model_error=model_error,
             bias=rows.bias.covariance.copy(),
-            floor=rows.floor.copy(),
+            floor=rows.floor,
             method=self._method,
         )
 
@@ -167,7 +167,8 @@ class TouchLocator:
             self._localiser.method.forget(limb)
         self._localiser.method = look.method
         self._at.put(look.posture)
-        self._at.bias.covariance[:], self._at.floor[:] = look.bias, look.floor
+        self._at.bias.covariance[:] = look.bias
+        self._at.floor = look.floor
 
     def map(self) -> TouchMap:
         """Return the places of the touches that the last ``search`` found."""

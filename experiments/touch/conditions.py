@@ -29,6 +29,8 @@ VARIANTS = {
     "untared": Variant(tared=False),
     "friction": Variant(friction=0.5),
     "gain": Variant(gain_error=0.02),
+    "calibrated": Variant(calibrated=True),
+    "exact_masses_calibrated": Variant(mass_error=0.0, calibrated=True),
     "friction_calibrated": Variant(friction=0.5, calibrated=True),
     "gain_calibrated": Variant(gain_error=0.02, calibrated=True),
     "apart": Variant(contacts="apart"),

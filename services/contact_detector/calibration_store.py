@@ -16,7 +16,7 @@ Deviations = Annotated[list[Deviation], Field(min_length=6, max_length=6)]  # N,
 
 
 class CalibrationRecord(DatedRecord):
-    """One calibration: standard deviations added to what is read, and thresholds."""
+    """One calibration: standard deviations beyond the sensors' noise, and thresholds."""
 
     support: str
     samples: int = Field(ge=1)
@@ -41,7 +41,7 @@ class CalibrationRecord(DatedRecord):
 class CalibrationFile(DatedFile):
     """The whole file, oldest calibration first."""
 
-    version: Literal[1] = 1
+    version: Literal[2] = 2  # 1: torque came on top of friction that is expected anyhow
     calibrations: list[CalibrationRecord] = []
 
 

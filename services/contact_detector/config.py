@@ -36,7 +36,8 @@ class NoiseConfig(_Group):
     joint_acceleration: float = Field(default=0.08, gt=0.0)  # rad/s^2
     ft_force: float = Field(default=0.1, gt=0.0)  # N
     ft_moment: float = Field(default=0.01, gt=0.0)  # N m
-    torque: float = Field(default=0.3, gt=0.0)  # N m
+    torque: float = Field(default=0.03, gt=0.0)  # N m
+    friction: float = Field(default=0.3, ge=0.0)  # N m
     base_force: float = Field(default=0.3, gt=0.0)  # N
     base_moment: float = Field(default=0.05, gt=0.0)  # N m
 

@@ -148,7 +148,7 @@ def assert_calibration_ends_alarms(
 def test_unknown_friction_alarms_a_detector_that_trusts_torques_until_it_is_calibrated(
     robot: Robot, rubbing: Recording
 ) -> None:
-    trusting = DetectorSettings(noise=RowNoise(torque=0.05))
+    trusting = DetectorSettings(noise=RowNoise(friction=0.05))
     assert_calibration_ends_alarms(robot, rubbing, trusting)
 
 

@@ -94,6 +94,7 @@ def test_errors_of_accelerations_spread_over_the_rows_as_the_covariance_says(
     covariance = RowCovariance(rows)
     covariance.update(frame)
     noise, rng = covariance.noise, np.random.default_rng(7)
+    torque = np.hypot(noise.torque, noise.friction)
     samples = []
     for _ in range(3000):
         ft_error = rng.normal(size=frame.ft.shape) * np.repeat([noise.ft_force, noise.ft_moment], 3)
@@ -102,7 +103,7 @@ def test_errors_of_accelerations_spread_over_the_rows_as_the_covariance_says(
             ddq=frame.ddq + noise.joint_acceleration * rng.normal(size=robot.n),
             imu_acc=frame.imu_acc + noise.acceleration * rng.normal(size=(1, 3)),
             imu_dgyro=frame.imu_dgyro + noise.angular_acceleration * rng.normal(size=(1, 3)),
-            motor_torque=frame.motor_torque + noise.torque * rng.normal(size=robot.n),
+            motor_torque=frame.motor_torque + torque * rng.normal(size=robot.n),
             ft=frame.ft + ft_error,
         )
         samples.append(rows.update(shaken_frame) - exact)
