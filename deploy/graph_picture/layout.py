@@ -1,13 +1,15 @@
 """Where the nodes of a graph lie in its picture: a tree that grows to the right.
 
-A node lies one column beyond the one nearer to the root; ends take rows in their order,
-and what branches sits in the middle of its branches. Every picture of a graph comes out
-the same.
+A node lies one column beyond the one nearer to the root; the rows are those of a tidy
+tree (Reingold and Tilford), in which what branches sits in the middle of its branches.
+Every picture of a graph comes out the same.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
+
+import bigtree
 
 from deploy.graph_picture.view import View
 from estimation.graph.enhanced_graph import EnhancedGraph
@@ -61,7 +63,7 @@ def lay_out(graph: EnhancedGraph, root: str, view: View = View.all) -> Node:
     if view is not View.kinematic:
         _hang(nodes, graph.known, Shape.known)
         _hang(nodes, graph.unknown, Shape.unknown)
-    _place(nodes[root], 0.0, 0.0)
+    _place(nodes[root])
     return nodes[root]
 
 
@@ -80,15 +82,14 @@ def _hang(nodes: dict[str, Node], leaves: tuple[Leaf, ...], shape: Shape) -> Non
         node.children.append(Node(shape, leaf.name, node.subgraph))
 
 
-def _place(node: Node, column: float, row: float) -> float:
-    """Place a node and all beyond it from ``row`` on; return the first free row."""
-    node.column = column
-    free = row
-    for child in node.children:
-        distance = 1.0 if child.via is not None else SYMBOL_DISTANCE
-        free = _place(child, column + distance, free)
-    if not node.children:
-        node.row = row
-        return row + 1.0
-    node.row = (node.children[0].row + node.children[-1].row) / 2.0
-    return free
+def _place(root: Node) -> None:
+    """Give every node its column and row."""
+    nodes = list(root.below())
+    points = {id(node): bigtree.Node(str(i)) for i, node in enumerate(nodes)}
+    for node in nodes:
+        points[id(node)].children = [points[id(child)] for child in node.children]
+    bigtree.reingold_tilford(points[id(root)])
+    for node in nodes:
+        node.row = points[id(node)].get_attr("x")
+        for child in node.children:
+            child.column = node.column + (1.0 if child.via is not None else SYMBOL_DISTANCE)
