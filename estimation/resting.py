@@ -82,6 +82,11 @@ class RestingAverage:
         self._lowest, self._highest = np.minimum(self._lowest, q), np.maximum(self._highest, q)
         self._count += 1
 
+    @property
+    def travel(self) -> np.ndarray:
+        """Between the extremes of each joint, (n,) rad."""
+        return self._highest - self._lowest
+
     def mean(self) -> RestingMean:
         """Return the mean.
 
@@ -98,7 +103,7 @@ class RestingAverage:
         return RestingMean(q, self._first + change, acc, self._count, spread)
 
     def _check(self, velocity: np.ndarray, turning: np.ndarray, spread: np.ndarray) -> None:
-        c, travel = self._limits, self._highest - self._lowest
+        c, travel = self._limits, self.travel
         sensors = self._sensors or tuple(f"sensor {i}" for i in range(len(spread)))
         gyro = ("the gyro",)
         _refuse("moves", self._joints, "at", velocity, c.joint_velocity, "rad/s")

@@ -19,6 +19,7 @@ from robot_model.messages import SensorFrame
 
 Array = np.ndarray
 BODY = "body"  # name of the flag of the whole body
+MOVED = 0.01  # rad, least travel of a joint that shows how much friction it has
 SHARES = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)  # of the likeliest floors, tried one after the other
 
 
@@ -131,9 +132,9 @@ class ContactDetector:
 
         Floors are the likeliest variances of the readings' errors row by row, of these the
         least share with which no threshold need be raised; where none does, they are. Those
-        of the joints take the place of the friction that is expected without a calibration.
+        of joints that moved take the place of the friction that is expected otherwise.
         """
-        floors = self._learn_floors(motion.touches)
+        floors = self._learn_floors(motion)
         for share in SHARES:
             self.rows.floor = floor = self._share(floors, share)
             self._renew()
@@ -166,8 +167,11 @@ class ContactDetector:
         shared[joints] = max(share, 1.0) * floors[joints]
         return shared
 
-    def _learn_floors(self, touches: Array) -> Array:
-        """Likeliest variances of the readings beyond those of the sensors, (nv,)."""
+    def _learn_floors(self, motion: Quiet) -> Array:
+        """Likeliest variances of the readings beyond those of the sensors, (nv,).
+
+        A joint that rested tells nothing of its friction.
+        """
         self.use(None)
         self.rows.floor = np.zeros(len(self._touch))
         self._renew()
@@ -175,9 +179,12 @@ class ContactDetector:
         removal = self.rows.removal()[active]
         fixed = covariance.matrix[np.ix_(active, active)]
         fixed = fixed - (removal * covariance.variances) @ removal.T
-        rows = touches[:, active]
+        rows = motion.touches[:, active]
         moment, least = rows.T @ rows / len(rows), covariance.variances
-        return likeliest_variances(moment, fixed, removal, least) - least
+        floors = likeliest_variances(moment, fixed, removal, least) - least
+        rested = self.rows.layout.tree.joint_v[motion.travel < MOVED]
+        floors[rested] = floors[rested].clip(self.settings.noise.friction**2)
+        return floors
 
     def configure(self, settings: DetectorSettings) -> None:
         """Change times and levels; contacts and the tare stay."""

@@ -26,6 +26,7 @@ class Quiet:
     wrenches: Array  # (samples, s, 6) of the sub-trees, before the tare
     residual_mean: Array  # of the residuals
     residual_std: Array
+    travel: Array  # (n,) between the extremes of each joint, rad
     samples: int
 
 
@@ -81,5 +82,6 @@ class QuietPeriod:
             wrenches=np.array(self._wrenches),
             residual_mean=residuals.mean(axis=0),
             residual_std=residuals.std(axis=0),
+            travel=self._rest.travel,
             samples=len(self._rows),
         )

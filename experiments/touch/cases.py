@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.touch.motions import KINDS, PUSHED, drawn_motion
+from experiments.touch.motions import CONTACT_FREE, KINDS, PUSHED, drawn_motion
 from experiments.touch.pushes import PushGenerator, TouchPush
 from robot_model import Robot
 from robot_sim.motions import Motion
@@ -72,5 +72,5 @@ def _like(push: TouchPush, first: TouchPush) -> TouchPush:
 def contact_free_case(robot: Robot, seed: int, index: int) -> Case:
     """Draw a run without pushes; kinds of motion take turns."""
     random = np.random.default_rng([seed, index, 1])
-    kind = tuple(KINDS)[index % len(KINDS)]
+    kind = CONTACT_FREE[index % len(CONTACT_FREE)]
     return Case(seed, index, kind, drawn_motion(robot, kind, random), 0.0, ())

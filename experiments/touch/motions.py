@@ -25,7 +25,11 @@ KINDS = {
     "pole": Kind("fixed", dict.fromkeys((*ARMS, *LEGS, "torso", "head"), 0.2)),
     "load shift": Kind("free", {"rolls": 0.04}, (0.15, 0.4)),
     "fast arms": Kind("free", dict.fromkeys(ARMS, 0.25), (0.7, 1.2)),
+    "every joint": Kind(
+        "free", dict.fromkeys(LEGS, 0.02) | dict.fromkeys((*ARMS, "head"), 0.25) | {"torso": 0.08}
+    ),
 }
+CONTACT_FREE = ("still", "sway", "upper body", "pole", "load shift", "fast arms")
 PUSHED = ("still", "sway", "upper body", "pole")
 STANDING = ("still", "sway", "upper body")
 

@@ -154,7 +154,8 @@ class WatchedRobot:
     def _calibrate(self, seconds: float) -> None:
         """Learn from the motion of another case in which nothing touches."""
         random = np.random.default_rng(self.case.noise)
-        motion = drawn_motion(self.robot, "pole" if self.case.base == "fixed" else "sway", random)
+        kind = "pole" if self.case.base == "fixed" else "every joint"
+        motion = drawn_motion(self.robot, kind, random)
         assert motion is not None
         self.plant.motion(motion)
         self.watch(FADE)

@@ -200,6 +200,30 @@ def test_floors_are_learnt_where_the_errors_are(robot: Robot, rubbing: Recording
     assert forces[:2].max() < 0.05  # the arms stay as sensitive as they were
 
 
+def friction_found(detector: ContactDetector, motion: Frames) -> dict[str, float]:
+    """What a calibration found, by joint [N m]."""
+    floor = detector.calibrate(record_motion(detector, motion)).floor
+    found = np.sqrt(floor[detector.rows.layout.tree.joint_v])
+    return dict(zip(detector.robot.joints, found.tolist(), strict=True))
+
+
+def test_a_calibration_finds_the_friction_of_the_joints_that_move(
+    robot: Robot, rubbing: Recording
+) -> None:
+    found = friction_found(tared(robot, rubbing.rest), rubbing.reference)
+    assert all(0.35 < found[joint] < 0.7 for joint in ("l_elbow", "neck_yaw", "torso_yaw"))
+    assert found["r_wrist_yaw"] >= 0.3  # it rested, so that friction is still expected
+
+
+def test_a_calibration_finds_that_joints_do_not_rub(robot: Robot) -> None:
+    recorder = Recorder(robot, "realistic")
+    detector = tared(robot, recorder.record(0.4))
+    recorder.plant.motion(Motion("sway", SWAY))
+    found = friction_found(detector, recorder.record(3.0))
+    assert all(found[joint] < 0.1 for joint in SWAY)
+    assert found["r_wrist_yaw"] == pytest.approx(0.3)
+
+
 def test_biases_of_the_sensors_stay_in_their_axes_while_the_robot_moves(
     robot: Robot, rubbing: Recording
 ) -> None:

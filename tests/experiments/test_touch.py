@@ -11,7 +11,7 @@ from experiments.touch import run
 from experiments.touch.cases import contact_free_case, pushed_case
 from experiments.touch.conditions import MIX, VARIANTS, Condition, drawn
 from experiments.touch.jobs import Runner, rounded
-from experiments.touch.motions import KINDS
+from experiments.touch.motions import CONTACT_FREE
 from experiments.touch.pushes import CONE, FORCES, PushGenerator, TouchPush
 from experiments.touch.store import Item, Store
 from robot_model import Robot, load_robot
@@ -109,8 +109,8 @@ def test_the_mixture_draws_every_condition_and_every_kind_of_motion(robot: Robot
     assert {drawn(1, index) for index in range(200)} == {
         (profile, variant) for _, profile, variant in MIX
     }
-    kinds = {contact_free_case(robot, 1, index).kind for index in range(len(KINDS))}
-    assert kinds == set(KINDS)
+    kinds = {contact_free_case(robot, 1, index).kind for index in range(len(CONTACT_FREE))}
+    assert kinds == set(CONTACT_FREE)
 
 
 @pytest.mark.parametrize("size", [6.0, 40.0])
