@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from estimation.contact.contact_calibration import ContactCalibration, likeliest_variances
+from estimation.contact.calibrator import Calibrator
+from estimation.contact.contact_calibration import ContactCalibration
 from estimation.contact.contact_rows import ContactRows
 from estimation.contact.limb_monitor import Levels, LimbFlag, LimbMonitor
 from estimation.contact.localisation import Localisation
@@ -19,8 +20,6 @@ from robot_model.messages import SensorFrame
 
 Array = np.ndarray
 BODY = "body"  # name of the flag of the whole body
-MOVED = 0.01  # rad, least travel of a joint that shows how much friction it has
-SHARES = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)  # of the likeliest floors, tried one after the other
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ class ContactDetector:
     def tare(self, quiet: Quiet) -> None:
         """Take the offsets and thresholds that a quiet period showed."""
         self.rows.bias.tare(quiet.rows, self.rows.removal(), self.rows.removed.active)
-        self._expected[:], self._carried[:] = quiet.predicted, quiet.ft
+        self._expected[:], self._carried[:] = quiet.predictions.mean(axis=0), quiet.ft
         self.locator.reset()
         self.tared = True
         self._renew()
@@ -128,27 +127,13 @@ class ContactDetector:
         self._forget_contacts()
 
     def calibrate(self, motion: Quiet) -> ContactCalibration:
-        """Learn floors and thresholds from a motion in which nothing touched, and use them.
-
-        Floors are the likeliest variances of the readings' errors row by row, of these the
-        least share with which no threshold need be raised; where none does, they are. Those
-        of joints that moved take the place of the friction that is expected otherwise.
-        """
-        floors = self._learn_floors(motion)
-        for share in SHARES:
-            self.rows.floor = floor = self._share(floors, share)
-            self._renew()
-            limbs: Array = self._statistics.limbs.evaluate(motion.touches)[0].max(axis=0)
-            body = float(self._statistics.body.of_rows(motion.touches).max())
-            limbs[self.rows.removed.subtrees] = 0.0
-            highest = self.settings.levels.margin * max(body, limbs.max())
-            if highest <= self.settings.levels.contact:
-                break
-        margin = self.settings.levels.margin
-        size = len(motion.touches)
-        self.use(ContactCalibration(floor, np.multiply(limbs, margin), margin * body, size))
-        assert self.calibration is not None
-        return self.calibration
+        """Learn floors and thresholds from a motion in which nothing touched, and use them."""
+        self.use(None)
+        levels = self.settings.levels
+        calibrator = Calibrator(self.rows, self._statistics, self._model_error, levels)
+        calibration = calibrator.learn(motion)
+        self.use(calibration)
+        return calibration
 
     def use(self, calibration: ContactCalibration | None) -> None:
         """Put floors and thresholds in force; None for those of the settings."""
@@ -159,32 +144,6 @@ class ContactDetector:
         body = 0.0 if calibration is None else calibration.body_threshold
         self.body_monitor.calibrate(np.array([body]))
         self._renew()
-
-    def _share(self, floors: Array, share: float) -> Array:
-        """A share of floors; of the joints' no less than all, which places depend on."""
-        joints = self.rows.layout.tree.joint_v
-        shared = share * floors
-        shared[joints] = max(share, 1.0) * floors[joints]
-        return shared
-
-    def _learn_floors(self, motion: Quiet) -> Array:
-        """Likeliest variances of the readings beyond those of the sensors, (nv,).
-
-        A joint that rested tells nothing of its friction.
-        """
-        self.use(None)
-        self.rows.floor = np.zeros(len(self._touch))
-        self._renew()
-        covariance, active = self.covariance, self.rows.removed.active
-        removal = self.rows.removal()[active]
-        fixed = covariance.matrix[np.ix_(active, active)]
-        fixed = fixed - (removal * covariance.variances) @ removal.T
-        rows = motion.touches[:, active]
-        moment, least = rows.T @ rows / len(rows), covariance.variances
-        floors = likeliest_variances(moment, fixed, removal, least) - least
-        rested = self.rows.layout.tree.joint_v[motion.travel < MOVED]
-        floors[rested] = floors[rested].clip(self.settings.noise.friction**2)
-        return floors
 
     def configure(self, settings: DetectorSettings) -> None:
         """Change times and levels; contacts and the tare stay."""
@@ -234,7 +193,7 @@ class ContactDetector:
         """
         if not self.tared:
             return np.zeros_like(self._expected)
-        error = self.settings.model_error * (self.rows.predicted - self._expected)
+        error: Array = self.settings.model_error * (self.rows.predicted - self._expected)
         sensors = self.rows.layout.tree.cut_v
         read = self.settings.gain_error * (np.abs(frame.ft - self._carried) + self._shift)
         error[sensors] = np.hypot(error[sensors], read)

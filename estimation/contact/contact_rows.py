@@ -84,6 +84,11 @@ class ContactRows:
         rows -= self.bias.value
         return self.remove(rows, self.removed)
 
+    def stand(self, frame: SensorFrame) -> None:
+        """Take the posture of a frame without a sample."""
+        self._q[self._joint_q] = frame.q
+        self.put(self._q)
+
     def put(self, q: Array) -> None:
         """Take a configuration, (nq,), without a sample."""
         self._q[:] = q

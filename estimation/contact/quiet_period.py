@@ -19,9 +19,10 @@ class Quiet:
     """
 
     rows: Array  # (nv,) mean of the touches' rows: biases of sensors and model
-    predicted: Array  # (nv,) mean of what the model predicts
     ft: Array  # (k, 6) mean of the readings
     spread: Array  # (samples, nv) rows about their mean
+    frames: tuple[SensorFrame, ...]
+    predictions: Array  # (samples, nv) by the model
     touches: Array  # (samples, nv) rows after the tare that was in force
     wrenches: Array  # (samples, s, 6) of the sub-trees, before the tare
     residual_mean: Array  # of the residuals
@@ -41,6 +42,7 @@ class QuietPeriod:
         self._ft: list[Array] = []
         self._wrenches: list[Array] = []
         self._residuals: list[Array] = []
+        self._frames: list[SensorFrame] = []
 
     def add(
         self,
@@ -53,6 +55,7 @@ class QuietPeriod:
     ) -> None:
         """Add one complete sample; rows and wrenches before any tare, ``touch`` after it."""
         self._rest.add(frame.q, frame.dq, frame.ft, frame.imu_gyro[0], frame.imu_acc[0])
+        self._frames.append(frame)
         self._rows.append(rows.copy())
         self._touches.append(rows.copy() if touch is None else touch.copy())
         self._predicted.append(predicted.copy())
@@ -76,8 +79,9 @@ class QuietPeriod:
         return Quiet(
             rows=rows.mean(axis=0),
             spread=rows - rows.mean(axis=0),
+            frames=tuple(self._frames),
+            predictions=np.array(self._predicted),
             touches=np.array(self._touches),
-            predicted=np.mean(self._predicted, axis=0),
             ft=np.mean(self._ft, axis=0),
             wrenches=np.array(self._wrenches),
             residual_mean=residuals.mean(axis=0),

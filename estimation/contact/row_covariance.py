@@ -98,6 +98,13 @@ class RowCovariance:
         self.variances, self.jacobian, self._blocks = variances, jacobian, blocks
         self.active = np.flatnonzero(removed.active)
 
+    def expect(self, frame: SensorFrame) -> None:
+        """Take what ``outdated`` compares with from a frame."""
+        least = self.noise.joint_acceleration
+        told = frame.ddq_deviation
+        self._joint_deviation = np.full(len(frame.ddq), least) if told is None else told.clip(least)
+        self._posture = frame.q
+
     def outdated(self, frame: SensorFrame) -> bool:
         """Whether an acceleration is much more uncertain than at the last ``update``, or the
         posture so far away that its column of the mass matrix is another."""
@@ -157,10 +164,9 @@ class RowCovariance:
 
     def _deviation_of_motion(self, frame: SensorFrame) -> Array:
         """Standard deviations of the accelerations of a frame, (nv,)."""
-        motion, least = self._motion.copy(), self.noise.joint_acceleration
-        told = frame.ddq_deviation
-        self._joint_deviation = np.full(len(frame.ddq), least) if told is None else told.clip(least)
-        motion[self._joint_v], self._posture = self._joint_deviation, frame.q
+        self.expect(frame)
+        motion = self._motion.copy()
+        motion[self._joint_v] = self._joint_deviation
         return motion
 
     def _variances(self, frame: SensorFrame) -> Array:

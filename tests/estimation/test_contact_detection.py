@@ -212,16 +212,40 @@ def test_a_calibration_finds_the_friction_of_the_joints_that_move(
 ) -> None:
     found = friction_found(tared(robot, rubbing.rest), rubbing.reference)
     assert all(0.35 < found[joint] < 0.7 for joint in ("l_elbow", "neck_yaw", "torso_yaw"))
-    assert found["r_wrist_yaw"] >= 0.3  # it rested, so that friction is still expected
+    assert found["l_wrist_prosup"] >= 0.3  # it rested, so that friction is still expected
 
 
-def test_a_calibration_finds_that_joints_do_not_rub(robot: Robot) -> None:
+@pytest.fixture(scope="module")
+def noisy(robot: Robot) -> tuple[Frames, Frames]:
+    """A robot of realistic sensors at rest, and swaying."""
     recorder = Recorder(robot, "realistic")
-    detector = tared(robot, recorder.record(0.4))
+    rest = recorder.record(0.4)
     recorder.plant.motion(Motion("sway", SWAY))
-    found = friction_found(detector, recorder.record(3.0))
+    return rest, recorder.record(3.0)
+
+
+def test_a_calibration_finds_that_joints_do_not_rub(
+    robot: Robot, noisy: tuple[Frames, Frames]
+) -> None:
+    rest, motion = noisy
+    found = friction_found(tared(robot, rest), motion)
     assert all(found[joint] < 0.1 for joint in SWAY)
-    assert found["r_wrist_yaw"] == pytest.approx(0.3)
+    assert found["l_wrist_prosup"] == pytest.approx(0.3)
+
+
+def test_a_calibration_sees_the_motion_as_the_detector_does(
+    robot: Robot, noisy: tuple[Frames, Frames]
+) -> None:
+    rest, motion = noisy
+    detector = tared(robot, rest)
+    calibration = detector.calibrate(record_motion(detector, motion))
+    detector.reset()
+    seen = 0.0
+    for stamp, frame in motion:
+        detector.step(frame, stamp)
+        seen = max(seen, detector.body.statistic)
+    margin = detector.settings.levels.margin
+    assert calibration.body_threshold == pytest.approx(margin * seen, rel=0.1)
 
 
 def test_biases_of_the_sensors_stay_in_their_axes_while_the_robot_moves(
