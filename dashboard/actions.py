@@ -62,6 +62,12 @@ class Actions:
             self._verbs[click.button](click)
         self._errands.collect()
 
+    def slow_down(self, seconds: float) -> None:
+        """Let a simulation go slower for a while; nobody need know where there is none."""
+        self._errands.send(
+            "", self._sim, "slow_down", {"seconds": seconds}, ANSWER, lambda outcome: None
+        )
+
     def _push(self, click: Click) -> None:
         link = self._panel.link.value
         direction = np.array(DIRECTIONS[self._panel.direction.value])

@@ -17,6 +17,7 @@ class DashboardConfig(RobotServiceConfig):
     trusted_origins: list[str] = []  # of a proxy in front, e.g. https://robot.example
     replay: bool = False  # the data come from a recording
     inputs: dict[str, str] = {}  # source ports that differ from the robot's own
+    makes_room: bool = False  # a simulation slows down while a browser loads the page
 
     scene_rate: float = Field(default=25.0, gt=0.0, le=60.0)  # [Hz]
     idle_rate: float = Field(default=1.0, gt=0.0)  # [Hz] while nobody looks

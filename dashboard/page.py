@@ -15,6 +15,7 @@ from .html import line, note
 from .input_rows import input_table
 from .inputs import Inputs
 from .last_contact import LastContact
+from .loading import Loading
 from .offsets import offset_table
 from .onset_strip import OnsetStrip
 from .panel import Panel
@@ -28,6 +29,8 @@ from .touches import alarm
 from .view import View
 from .watch import Watch
 from .wrench_table import wrench_table
+
+ROOM = 0.5  # [s] between requests to go slower
 
 
 class Page:
@@ -51,6 +54,8 @@ class Page:
             self._panel, self._errands, robot, surface, self._view.estimate, config
         )
         self._watch = Watch(node, config.watch_period, lambda: self.watched)
+        self._loading = Loading(server) if config.makes_room else None
+        self._requests = Rhythm(1.0 / ROOM)
         self._charts = Rhythm(config.chart_rate)
         self._lines = Rhythm(config.alarm_rate)
         self._texts = Rhythm(config.text_rate)
@@ -82,6 +87,11 @@ class Page:
                 self._draw(known, now)
             if self._lines.due(now):
                 self._say(known, now)
+
+    def make_room(self) -> None:
+        """Let a simulation leave the processors to a browser that loads the page."""
+        if self._loading and self._loading.look() and self._requests.due(time.monotonic()):
+            self._actions.slow_down(2.0 * ROOM)
 
     def rest(self, resting: bool) -> None:
         """Read nothing while nobody looks, or go on."""

@@ -56,6 +56,7 @@ def _loop(node: Node, page: Page, config: DashboardConfig) -> None:
         while node.running and (remaining := due - time.monotonic()) > 0.0:
             time.sleep(min(remaining, STEP))
             node.wait(0.0)
+            page.make_room()
             if page.watched != watched:
                 watched = not watched
                 page.rest(not watched)

@@ -26,6 +26,12 @@ class RealTime:
         """Begin, or begin again after a pause: the first tick is due one tick from now."""
         self._next = now + self._tick
 
+    def change(self, tick: int, now: int) -> None:
+        """Go on with another wall time of a tick [ns]; what is due is given up."""
+        if tick != self._tick:
+            self._tick = tick
+            self.start(now)
+
     def due(self, now: int) -> int:
         """Return how many ticks to take at a monotonic time [ns]."""
         behind = (now - self._next) // self._tick + 1

@@ -30,6 +30,7 @@ class Simulation:
         self.paused = config.paused
         self.ticks = self.refused = 0
         self.waiting_for = ""
+        self._speed, self._slow, self._slow_until = config.speed, config.speed, 0
         self._pace = RealTime(round(TICK / config.speed), config.burst)
         self._slip_watch = SlipWatch()
         self._steps: list[tuple[int, Pending]] = []  # ticks asked for while paused
@@ -85,12 +86,15 @@ class Simulation:
                 self._run_fast()
 
     def _run_real_time(self) -> None:
-        for _ in range(self._pace.due(time.monotonic_ns())):
+        now = time.monotonic_ns()
+        speed = self._slow if now < self._slow_until else self._speed
+        self._pace.change(round(TICK / speed), now)
+        for _ in range(self._pace.due(now)):
             self._tick()
         if lost := self._slip_watch.lost(time.monotonic_ns(), self.ticks, self.slipped):
             logger.warning(
                 "this machine is too slow: %.0f %% of real time is lost; speed %.2g would hold",
-                *(100.0 * lost, 0.8 * (1.0 - lost) * self._config.speed),
+                *(100.0 * lost, 0.8 * (1.0 - lost) * self._speed),
             )
         # Sleeping, and only then looking at the bus: waiting on the bus would wake at
         # every command that arrives between two ticks.
@@ -171,6 +175,15 @@ class Simulation:
         self.paused = False
         self._pace.start(time.monotonic_ns())
         self._tell_time()
+
+    def set_speed(self, speed: float) -> None:
+        """Change the speed of simulated to wall time."""
+        self._speed = speed
+
+    def slow_down(self, speed: float, seconds: float) -> None:
+        """Go at most at a speed for some seconds of wall time, and then as before."""
+        self._slow = min(speed, self._speed)
+        self._slow_until = time.monotonic_ns() + round(seconds * 1e9)
 
     def step(self, ticks: int) -> Pending:
         """Take ticks while paused; the answer comes when they are done."""

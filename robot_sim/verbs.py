@@ -13,6 +13,8 @@ from robot_sim.support import announce_support
 
 SUPPORT: dict[Base, str] = {"free": "floor", "fixed": "pole"}
 MOST_STEPS = 100_000  # ticks of one request
+LONGEST_SLOW = 60.0  # s of one request
+CHANGEABLE = ("profile", "speed")
 
 
 class Verbs:
@@ -24,7 +26,7 @@ class Verbs:
         self._simulation = simulation
         self._plant = simulation.plant
         verbs = ("push", "release", "reset", "pause", "resume", "step", "base", "motion")
-        names = (*verbs, "scenario", "profile", "status")
+        names = (*verbs, "slow_down", "scenario", "profile", "status")
         handlers = {verb: getattr(self, verb) for verb in names}
         node.rpc(ports.sim_rpc(simulation.plant.robot), handlers)
         for verb, handler in handlers.items():
@@ -66,6 +68,16 @@ class Verbs:
         """Let the simulated time run again."""
         self._simulation.resume()
         return {"time": self._plant.time}
+
+    def slow_down(self, seconds: float, speed: float = 0.1) -> dict[str, float]:
+        """Go slower for some wall time [s], so that others have the processors."""
+        if not 0.0 < seconds <= LONGEST_SLOW or not 0.0 < speed <= 1.0:
+            raise ValueError(
+                f"expected at most {LONGEST_SLOW:g} s and a speed of at most 1,"
+                f" got {seconds!r} s and {speed!r}"
+            )
+        self._simulation.slow_down(speed, seconds)
+        return {"seconds": seconds, "speed": speed}
 
     def step(self, ticks: int = 1) -> Pending:
         """Advance a paused plant by some ticks of 1 ms; answers when they are done."""
@@ -120,9 +132,11 @@ class Verbs:
 
     def _change(self, old: SimConfig, new: SimConfig) -> None:
         changed = [key for key in type(new).model_fields if getattr(old, key) != getattr(new, key)]
-        if fixed := [key for key in changed if key != "profile"]:
+        if fixed := [key for key in changed if key not in CHANGEABLE]:
             raise ValueError(
-                f"{', '.join(fixed)}: only profile can change while the plant runs; "
-                "the verbs base, motion, pause, resume and reset do the rest"
+                f"{', '.join(fixed)}: only {' and '.join(CHANGEABLE)} can change while the plant"
+                " runs; the verbs base, motion, pause, resume and reset do the rest"
             )
-        self._plant.profile(new.profile)
+        if "profile" in changed:
+            self._plant.profile(new.profile)
+        self._simulation.set_speed(new.speed)

@@ -43,6 +43,17 @@ def test_a_pause_is_not_caught_up():
     assert pace.due(1001 * TICK) == 1
 
 
+def test_another_speed_begins_now():
+    pace = RealTime(TICK)
+    pace.start(0)
+    pace.change(10 * TICK, 1000 * TICK)
+    assert pace.due(1009 * TICK) == 0
+    assert pace.due(1010 * TICK) == 1
+    pace.change(10 * TICK, 1011 * TICK)  # the same: the next tick stays where it is
+    assert pace.due(1020 * TICK) == 1
+    assert pace.slipped == 0
+
+
 def test_lost_real_time_is_noticed_once_per_period_and_a_little_is_not():
     watch = SlipWatch(period=1000, share=0.1)
     assert watch.lost(5000, ticks=10, slipped=90) == 0.0  # what the start cost

@@ -102,6 +102,25 @@ def test_it_runs_in_real_time_and_pauses_and_resumes(start, observer):
     eventually(lambda: observer.ask("status")["time"] > stopped, 10.0)
 
 
+def speed_of(observer):
+    """Of simulated to wall time, between two frames; a stall makes it smaller, never larger."""
+    observer.raw.newest()
+    first, last = (eventually(observer.raw.newest, 20.0).envelope for _ in range(2))
+    return (last.stamp - first.stamp) / (last.acquired - first.acquired)
+
+
+def test_it_goes_slower_for_a_while_or_for_good(start, observer):
+    start("robot_sim")
+    observer.node.ready()
+    eventually(lambda: speed_of(observer) > 0.1)
+    observer.ask("slow_down", seconds=60.0, speed=0.05)
+    eventually(lambda: speed_of(observer) < 0.07)
+    observer.ask("slow_down", seconds=1e-3)
+    eventually(lambda: speed_of(observer) > 0.1)
+    observer.ask("param", action="set", name="speed", value=0.05)
+    eventually(lambda: speed_of(observer) < 0.07)
+
+
 def test_a_push_begins_at_the_stamp_that_was_answered(start, observer):
     start("robot_sim", *PAUSED)
     observer.ready()
@@ -126,10 +145,15 @@ def test_a_push_begins_at_the_stamp_that_was_answered(start, observer):
         ("push", {"link": "chest"}, "force"),
         ("release", {"push_id": 99}, "push 99 does not act now"),
         ("step", {"ticks": 0}, "ticks must be a whole number"),
+        ("slow_down", {"seconds": 1e3}, "at most 60 s and a speed of at most 1, got 1000.0 s"),
         ("base", {"mode": "flying"}, "expected 'free' or 'fixed'"),
         ("motion", {"name": "dance"}, "no motion 'dance'"),
         ("profile", {"name": "idael"}, "did you mean 'ideal'"),
-        ("param", {"action": "set", "name": "truth", "value": False}, "only profile can change"),
+        (
+            "param",
+            {"action": "set", "name": "truth", "value": False},
+            "only profile and speed can change",
+        ),
     ],
 )
 def test_a_wrong_request_is_answered_with_what_is_wrong(plant_for_errors, verb, arguments, text):
