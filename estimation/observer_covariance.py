@@ -26,6 +26,11 @@ class ObserverNoise:
     mass: float = 0.0  # of a body's mass, as a share of it; its inertia goes with it
     center_of_mass: float = 0.0  # m, each axis of each body
 
+    @property
+    def reading(self) -> Array:
+        """Standard deviations of a force/torque reading, (6,)."""
+        return np.repeat([self.force, self.moment], 3)
+
 
 class Uncertainty(NamedTuple):
     """Covariances of the observer's results at one instant."""
@@ -61,7 +66,7 @@ def propagate(
             and the noise's, when None.
     """
     state = observer.motion(q, dq, ddq, gyro, acc, dgyro)
-    maps = _Maps(observer, state, noise, source)
+    maps = ErrorMaps(observer, state, noise, source)
     wrench, net, prediction = (
         map @ map.transpose(0, 2, 1) for map in (maps.wrench, maps.net, maps.prediction)
     )
@@ -73,32 +78,67 @@ def _square_root(covariance: Array) -> Array:
     return axes * np.sqrt(np.maximum(values, 0.0))
 
 
-class _Maps:
+class ErrorMaps:
     """Results of one standard deviation of each error: p of motion and bodies, 6 k readings.
 
     Args:
+        observer, noise, source: As in ``propagate``.
         state: Configuration, velocity and acceleration of the model without leaves.
-        source: As in ``propagate``.
     """
+
+    forces: Array  # (nv, p) of the inverse dynamics; the root's rows are of the whole robot
+    prediction: Array  # (k, 6, p + 6 k) of predicted - measured readings
+    wrench: Array  # (c, 6, p + 6 k) of the contacts, as Estimate.wrench
+    net: Array  # (s, 6, p + 6 k) of the sub-trees, as Estimate.subtree_wrench
+    below: Array  # (n, 6, p + 6 k) of what the world exerts below each joint, about the root
+    torque: Array  # (n, p + 6 k)
 
     def __init__(
         self, observer: TorqueObserver, state: State, noise: ObserverNoise, source: Array | None
     ):
-        graph, q = observer.graph, state[0]
-        forces = _generalised_forces(observer, state, noise, source)
+        self.observer, self.noise = observer, noise
+        self._root = np.diag(np.repeat([noise.acceleration, noise.angular_acceleration], 3))
+        if source is not None:
+            self._root = _square_root(source)
+        self.forces = self._generalised_forces(state)
+        self._solve(state[0])
+
+    def by_motion(self, by_velocity: Array, by_acceleration: Array) -> list[Array]:
+        """Return what errors of the motion do, given derivatives (r, nv) by the model's motion."""
+        noise, joint_v = self.noise, self.observer.graph.tree.joint_v
+        return [
+            by_acceleration[:, :6] @ self._root,
+            by_velocity[:, 3:6] * noise.angular_velocity,
+            by_velocity[:, joint_v] * noise.joint_velocity,
+            by_acceleration[:, joint_v] * noise.joint_acceleration,
+        ]
+
+    def _generalised_forces(self, state: State) -> Array:
+        observer, noise = self.observer, self.noise
+        model, data = observer.graph.bare_model, observer.graph.bare_data
+        _, by_velocity, by_acceleration = pin.computeRNEADerivatives(model, data, *state)
+        inertia = np.triu(by_acceleration) + np.triu(by_acceleration, 1).T
+        columns = self.by_motion(by_velocity, inertia)
+        if noise.mass or noise.center_of_mass:
+            regressor = pin.computeJointTorqueRegressor(model, data, *state)
+            columns += _by_bodies(observer, regressor, noise)
+        return np.hstack(columns)
+
+    def _solve(self, q: Array) -> None:
+        observer, graph, forces = self.observer, self.observer.graph, self.forces
         full = graph.neutral.copy()
         full[: len(q)] = q
         jacobian = pin.computeJointJacobians(graph.model, graph.data, full).copy()
         entering_v = np.vstack([np.arange(6), graph.tree.cut_v])
         force_maps = np.linalg.inv(jacobian[:, entering_v].transpose(1, 2, 0))
-        entering = _entering(observer, forces, noise)
-        self.prediction = entering[1:]  # (k, 6, p + 6 k)
+        entering = _entering(observer, forces, self.noise)
+        self.prediction = entering[1:]
         external = _combined(graph.incidence, force_maps @ entering)
         s, start = len(entering), graph.leaf_v
         leaves = jacobian[:, start : start + 6 * s].T.reshape(s, 6, 6)
         below = _combined(graph.contact_below, external)
-        self.wrench = np.zeros((len(observer.contacts), *external.shape[1:]))  # (c, 6, p + 6 k)
-        self.net = leaves @ external  # (s, 6, p + 6 k)
+        self.wrench = np.zeros((len(observer.contacts), *external.shape[1:]))
+        self.net = leaves @ external
         self.wrench[observer.lone_rows] = self.net[observer.lone_subtrees]
         for row, joint, joint_m_frame in observer.moved:
             root_m_frame = graph.data.oMi[joint] * joint_m_frame
@@ -107,6 +147,7 @@ class _Maps:
             shares, net = subtree.at(graph.data), external[subtree.row]
             self.wrench[subtree.rows] = shares.solution.gain @ net
             below += shares.moved(self.wrench[subtree.rows], net)
+        self.below = below
         axes = jacobian[:, graph.tree.joint_v].T
         self.torque = -(axes[:, None, :] @ below)[:, 0]
         self.torque[:, : forces.shape[1]] += forces[graph.tree.joint_v]
@@ -115,26 +156,6 @@ class _Maps:
 def _combined(weights: Array, blocks: Array) -> Array:
     """Return the sums (r, 6, c) of blocks (s, 6, c) with weights (r, s)."""
     return (weights @ blocks.reshape(len(blocks), -1)).reshape(len(weights), *blocks.shape[1:])
-
-
-def _generalised_forces(
-    observer: TorqueObserver, state: State, noise: ObserverNoise, source: Array | None
-) -> Array:
-    """Change of the inverse dynamics by one standard deviation of each error, (nv, p)."""
-    graph, joint_v = observer.graph, observer.graph.tree.joint_v
-    model, data = graph.bare_model, graph.bare_data
-    _, by_velocity, by_acceleration = pin.computeRNEADerivatives(model, data, *state)
-    inertia = np.triu(by_acceleration) + np.triu(by_acceleration, 1).T
-    root = np.diag(np.repeat([noise.acceleration, noise.angular_acceleration], 3))
-    columns = [
-        inertia[:, :6] @ (root if source is None else _square_root(source)),
-        by_velocity[:, 3:6] * noise.angular_velocity,
-        by_velocity[:, joint_v] * noise.joint_velocity,
-        inertia[:, joint_v] * noise.joint_acceleration,
-    ]
-    if noise.mass or noise.center_of_mass:
-        columns += _by_bodies(observer, pin.computeJointTorqueRegressor(model, data, *state), noise)
-    return np.hstack(columns)
 
 
 def _by_bodies(observer: TorqueObserver, regressor: Array, noise: ObserverNoise) -> list[Array]:
@@ -151,7 +172,7 @@ def _entering(observer: TorqueObserver, forces: Array, noise: ObserverNoise) -> 
     """Predicted minus measured wrench through the root and each sensor, (s, 6, p + 6 k)."""
     tree, p = observer.graph.tree, forces.shape[1]
     k = len(tree.cut_v)
-    readings = np.diag(np.repeat([noise.force, noise.moment], 3))
+    readings = np.diag(noise.reading)
     entering = np.zeros((k + 1, 6, p + 6 * k))
     entering[0, :, :p] = forces[:6]
     for i in range(k):

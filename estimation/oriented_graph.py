@@ -162,7 +162,7 @@ class OrientedGraph:
         of mass (b, 3, 10), the inertia about it being constant."""
         inertias = [self.bare_model.inertias[body] for body, _ in self.bodies]
         parameters = np.array([inertia.toDynamicParameters() for inertia in inertias])
-        return parameters, np.array([_by_center(inertia) for inertia in inertias])
+        return parameters, np.array([by_center(inertia) for inertia in inertias])
 
     @cached_property
     def bodies(self) -> list[tuple[int, int]]:
@@ -171,7 +171,7 @@ class OrientedGraph:
         return [(j, self.entry.index(self._enter(j))) for j in heavy]
 
 
-def _by_center(inertia: pin.Inertia) -> np.ndarray:
+def by_center(inertia: pin.Inertia) -> np.ndarray:
     """Return the change (3, 10) of a body's parameters with its centre of mass [1/m].
 
     The parameters are quadratic in it, so that the central difference is exact.

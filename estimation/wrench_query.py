@@ -1,20 +1,38 @@
-"""Any wrench of one sample, in any frame, orientation and point."""
+"""Any wrench of one sample, in any frame, orientation and point, with its covariance."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from estimation.contact_set import numbered
+from estimation.found_wrenches import FoundWrench, FoundWrenches
+from estimation.observer_covariance import ObserverNoise
 from estimation.torque_observer import TorqueObserver
 from robot_model.names import did_you_mean
 
 Array = np.ndarray
+NEGLIGIBLE = 1e-6  # N, N m, in a pattern of wrenches; those that count have about 1 N, 0.1 N m
+
+
+class ToldWrench(NamedTuple):
+    """A wrench [f m], N and N m, and what it is worth.
+
+    The covariance is that of the errors of sensors, motion and model (``ObserverNoise``).
+    It says nothing of what the sensors leave undecided among several contacts: any multiple
+    of the ``undecided`` may be added to the wrench without any reading changing.
+    """
+
+    wrench: Array  # (6,)
+    frame: str  # in which it is told
+    covariance: Array  # (6, 6)
+    undecided: Array  # (d, 6) patterns; none where the sensors decide the wrench
 
 
 class WrenchQuery:
-    """Answers what acts on what, in one sample of an observer.
+    """Answers what acts on what, in one sample of an observer, until its next step.
 
     ``contact:<frame>`` is what the world exerts there (``contact:<frame>_2`` for the second
     on a frame), ``subtree:<name>`` its net effect on a sub-tree, ``sensor:<name>`` a reading
@@ -25,24 +43,32 @@ class WrenchQuery:
 
     Args:
         observer: Computes the sample anew.
+        noise: Standard deviations of its channels and bodies.
         sample: Arguments of its step.
+        source: As in ``propagate``.
     """
 
-    def __init__(self, observer: TorqueObserver, *sample: Array):
-        self.estimate = observer.step(*sample)
-        self._observer, self._graph, self._robot = observer, observer.graph, observer.robot
-        self._kinds: dict[str, tuple[Callable[[str], tuple[Array, str]], list[str]]] = {
-            "contact": (self._contact, numbered([c.frame for c in observer.contacts])),
-            "subtree": (self._subtree, [subtree.name for subtree in self._robot.subtrees]),
-            "sensor": (self._sensor, list(self._robot.ft_sensors)),
-            "joint": (self._joint, list(self._robot.joints)),
-            "link": (self._link, list(self._robot.urdf.links)),
+    def __init__(
+        self,
+        observer: TorqueObserver,
+        noise: ObserverNoise,
+        *sample: Array,
+        source: Array | None = None,
+    ):
+        self._found = found = FoundWrenches(observer, noise, sample, source)
+        self.estimate, robot = found.estimate, observer.robot
+        self._kinds: dict[str, tuple[Callable[[int], FoundWrench], list[str]]] = {
+            "contact": (found.contact, numbered([c.frame for c in observer.contacts])),
+            "subtree": (found.subtree, [subtree.name for subtree in robot.subtrees]),
+            "sensor": (found.sensor, list(robot.ft_sensors)),
+            "joint": (found.joint, list(robot.joints)),
+            "link": (found.link, list(robot.urdf.links)),
         }
 
     def wrench(
         self, of: str, frame: str = "", axes: str = "", point: ArrayLike | None = None
-    ) -> tuple[Array, str]:
-        """Return a wrench (6,) [f m], N and N m, and the frame in which it is told.
+    ) -> ToldWrench:
+        """Return a wrench and its covariance.
 
         Args:
             of: ``kind:name``.
@@ -54,81 +80,31 @@ class WrenchQuery:
             LookupError: Unknown kind, name or frame.
             ValueError: The point is not three finite numbers.
         """
+        found = self._find(of)
+        frame = frame or found.frame
+        place = self._place(frame, axes, point).inverse() * found.place
+        to = place.toDualActionMatrix()
+        errors = to @ found.errors
+        sizes = np.abs(found.patterns).max(axis=1, initial=0.0)
+        undecided = found.patterns[sizes > NEGLIGIBLE] @ to.T
+        return ToldWrench(to @ found.wrench, frame, errors @ errors.T, undecided)
+
+    def _find(self, of: str) -> FoundWrench:
         kind, _, name = of.partition(":")
         if kind not in self._kinds:
             raise LookupError(f"expected {', '.join(self._kinds)} and a name, got '{of}'")
         find, names = self._kinds[kind]
         if name not in names:
             raise LookupError(f"no {kind} '{name}'{did_you_mean(name, names)}")
-        about_root, own = find(name)
-        return self._told(about_root, frame or own, axes, point), frame or own
+        return find(names.index(name))
 
-    def _told(self, about_root: Array, frame: str, axes: str, point: ArrayLike | None) -> Array:
-        place = self._place(frame)
+    def _place(self, frame: str, axes: str, point: ArrayLike | None) -> pin.SE3:
+        place = self._found.place(frame)
         if point is not None:
             place = place * pin.SE3(np.eye(3), _finite(point))
         if axes:
-            place = pin.SE3(self._place(axes).rotation, place.translation)
-        return place.actInv(pin.Force(about_root)).vector
-
-    def _place(self, frame: str) -> pin.SE3:
-        """Placement of a frame in the root."""
-        joint, place = self._graph.locate(*self._robot.frame(frame))
-        return self._graph.data.oMi[joint] * place
-
-    def _about_root(self, frame: str, wrench: Array) -> Array:
-        return self._place(frame).act(pin.Force(wrench)).vector
-
-    def _contact(self, name: str) -> tuple[Array, str]:
-        contacts = self._observer.contacts
-        row = numbered([contact.frame for contact in contacts]).index(name)
-        return self._of_contact(row), contacts[row].frame
-
-    def _of_contact(self, row: int) -> Array:
-        contact = self._observer.contacts[row]
-        joint, place = self._graph.locate(contact.link, contact.placement)
-        placed = self._graph.data.oMi[joint] * place
-        return placed.act(pin.Force(self.estimate.wrench[row])).vector
-
-    def _subtree(self, name: str) -> tuple[Array, str]:
-        names = [subtree.name for subtree in self._robot.subtrees]
-        row = names.index(name)
-        frame = self._robot.subtrees[row].default_frame
-        return self._about_root(frame, self.estimate.subtree_wrench[row]), frame
-
-    def _sensor(self, name: str) -> tuple[Array, str]:
-        row = self._robot.ft_sensors.index(name)
-        frame = self._robot.ft_frames[row]
-        return self._about_root(frame, self.estimate.measured[row]), frame
-
-    def _link(self, name: str) -> tuple[Array, str]:
-        inertia = self._robot.urdf.links[name].inertia or pin.Inertia.Zero()
-        joint, place = self._graph.locate(name, pin.SE3.Identity())
-        data, inside = self._graph.bare_data, place.act(inertia)
-        velocity = data.v[joint]
-        net = inside * data.a_gf[joint] + velocity.cross(inside * velocity)
-        return self._graph.data.oMi[joint].act(net).vector, name
-
-    def _joint(self, name: str) -> tuple[Array, str]:
-        graph, index = self._graph, self._robot.joints.index(name)
-        joint, child = graph.joint_ids[index], self._robot.urdf.joints[name].child
-        through = graph.data.oMi[joint].act(graph.bare_data.f[joint]).vector
-        through = through - self._external_below(index)
-        is_below = graph.locate(child, pin.SE3.Identity())[0] == joint
-        return (through if is_below else -through), child
-
-    def _external_below(self, index: int) -> Array:
-        """What the world exerts beyond a joint, as seen from the root; cf. ``SharedSubtree``."""
-        graph, own = self._graph, self._graph.joint_subtree[index]
-        total = np.zeros(6)
-        for row, subtree in enumerate(self._robot.subtrees):
-            if row != own and graph.contact_below[index, row]:
-                total += self._subtree(subtree.name)[0]
-        for row, contact in enumerate(self._observer.contacts):
-            parent = graph.locate(contact.link, contact.placement)[0]
-            if contact.subtree == own and graph.below([parent])[index, 0]:
-                total += self._of_contact(row)
-        return total
+            place = pin.SE3(self._found.place(axes).rotation, place.translation)
+        return place
 
 
 def _finite(point: ArrayLike) -> Array:

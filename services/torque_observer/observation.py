@@ -72,7 +72,8 @@ class Observation:
         """Return answers about the last sample; ValueError when there is none."""
         if self._sample is None:
             raise ValueError("no valid sensor frame yet")
-        return WrenchQuery(self._observer, *self._sample)
+        covariance = self._source and self._source.covariance
+        return WrenchQuery(self._observer, self._noise, *self._sample, source=covariance)
 
     def _make_source(self, config: TorqueObserverConfig) -> KinematicSource | None:
         """None where the first inertial sensor, the observer's root, is the source itself."""
@@ -83,9 +84,8 @@ class Observation:
         return KinematicSource(robot, name, config.fixed_link_gravity, noise)
 
     def _refresh(self, motion: tuple[Array, ...], stamp: int) -> None:
-        covariance = None
         if self._source is not None:
             self._source.refresh(motion[0])
-            covariance = self._source.covariance
+        covariance = self._source and self._source.covariance
         self.uncertainty = propagate(self._observer, self._noise, *motion, source=covariance)
         self._since = stamp

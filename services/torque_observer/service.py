@@ -141,17 +141,20 @@ class ObserverService:
     def wrench(
         self, of: str, frame: str = "", axes: str = "", point: list[float] | None = None
     ) -> dict[str, Any]:
-        """Return a wrench of the last sample; see `WrenchQuery`."""
-        told, where = self._observation.query().wrench(of, frame, axes, point)
+        """Return a wrench of the last sample with its covariance; see `WrenchQuery`."""
+        told = self._observation.query().wrench(of, frame, axes, point)
         last, validity = self._last, self._observation.validity
         assert last is not None
         return {
             "of": of,
-            "frame": where,
-            "axes": axes or where,
+            "frame": told.frame,
+            "axes": axes or told.frame,
             "point": point or [0.0, 0.0, 0.0],
-            "force": told[:3].tolist(),
-            "moment": told[3:].tolist(),
+            "force": told.wrench[:3].tolist(),
+            "moment": told.wrench[3:].tolist(),
+            "covariance": told.covariance.tolist(),
+            "decided": not len(told.undecided),
+            "undecided": told.undecided.tolist(),
             "stamp": last.stamp,
             "valid": validity.complete and last.valid,
             "reason": last.reason or validity.reason,

@@ -1,62 +1,19 @@
 """The stated uncertainty of the observer against sampled sensor noise."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from estimation.contact_set import Touch
-from estimation.observer_covariance import ObserverNoise, propagate
+from estimation.observer_covariance import propagate
 from estimation.torque_observer import TorqueObserver
 from robot_model import load_robot
+from tests.estimation.observer_noise import NOISE, noisy
 from tests.estimation.observer_states import random_input
-
-NOISE = ObserverNoise(
-    force=1.0,
-    moment=0.03,
-    acceleration=0.05,
-    angular_acceleration=0.2,
-    angular_velocity=0.01,
-    joint_velocity=0.01,
-    joint_acceleration=0.2,
-    mass=0.03,
-    center_of_mass=0.003,
-)
 
 
 @pytest.fixture(scope="module")
 def observer():
     return TorqueObserver(load_robot("icub"))
-
-
-def sampled(observer, state, count):
-    rng = np.random.default_rng(11)
-    scale = np.repeat([NOISE.force, NOISE.moment], 3)
-    sizes = {
-        "ft": scale,
-        "acc": NOISE.acceleration,
-        "dgyro": NOISE.angular_acceleration,
-        "gyro": NOISE.angular_velocity,
-        "dq": NOISE.joint_velocity,
-        "ddq": NOISE.joint_acceleration,
-    }
-    bodies, inertias = (
-        [body for body, _ in observer.graph.bodies],
-        observer.graph.bare_model.inertias,
-    )
-    right = {body: inertias[body].copy() for body in bodies}
-    for _ in range(count):
-        for body, inertia in right.items():
-            factor = 1.0 + NOISE.mass * rng.normal()
-            center = inertia.lever + NOISE.center_of_mass * rng.normal(size=3)
-            inertias[body] = pin.Inertia(factor * inertia.mass, center, factor * inertia.inertia)
-        errors = {
-            name: size * rng.normal(size=getattr(state, name).shape) for name, size in sizes.items()
-        }
-        yield observer.step(
-            *state._replace(**{name: getattr(state, name) + e for name, e in errors.items()})
-        )
-    for body, inertia in right.items():
-        inertias[body] = inertia
 
 
 @pytest.mark.parametrize("hand", ["none", "force"])
@@ -67,7 +24,7 @@ def test_stated_uncertainty_equals_the_scatter_of_noisy_samples(observer, hand):
     observer.set_contacts(touches)
     state = random_input(observer.robot, np.random.default_rng(0))
     stated = propagate(observer, NOISE, *state[:3], *state[4:])
-    samples = list(sampled(observer, state, 3000))
+    samples = [observer.step(*input) for input in noisy(observer, state, 3000)]
     torque = np.array([sample.torque for sample in samples]).std(axis=0)
     wrench = np.array([sample.wrench for sample in samples]).std(axis=0)
     net = np.array([sample.subtree_wrench for sample in samples]).std(axis=0)

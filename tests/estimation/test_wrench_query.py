@@ -11,6 +11,7 @@ from estimation.graph.graph_kinematics import FrameMotion, solve_kinematics
 from estimation.torque_observer import TorqueObserver
 from estimation.wrench_query import WrenchQuery
 from robot_model import Robot
+from tests.estimation.observer_noise import NOISE
 from tests.estimation.observer_states import random_input
 
 STATE_SEED = 4
@@ -23,7 +24,7 @@ def state(robot):
 
 @pytest.fixture(scope="module")
 def query(robot, state) -> WrenchQuery:
-    return WrenchQuery(TorqueObserver(robot), *state)
+    return WrenchQuery(TorqueObserver(robot), NOISE, *state)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def placed(robot: Robot, q: np.ndarray, frame: str) -> pin.SE3:
 def test_joints_bear_what_the_reference_code_says(robot, graph, query, reference, state):
     """The edges' frames are fixed in the parents, ours in the children."""
     for edge in graph.joints:
-        wrench, frame = query.wrench(f"joint:{edge.name}")
+        wrench, frame, *_ = query.wrench(f"joint:{edge.name}")
         joint = robot.urdf.joints[edge.name]
         assert frame == joint.child
         angle = state.q[robot.joints.index(edge.name)]
@@ -83,7 +84,7 @@ def test_contacts_subtrees_and_sensors_are_those_of_the_estimate(robot, query, s
 
 def test_frame_axes_and_point_are_as_asked(robot, query, state):
     point = np.array([0.1, -0.2, 0.3])
-    own, frame = query.wrench("contact:l_sole")
+    own, frame, *_ = query.wrench("contact:l_sole")
     base_m_frame, base_m_hand = placed(robot, state.q, frame), placed(robot, state.q, "l_hand")
     about_base = base_m_frame.act(pin.Force(own))
     told = query.wrench("contact:l_sole", "l_hand", point=point)[0]
@@ -100,7 +101,7 @@ def test_joints_between_two_contacts_feel_the_one_beyond_them(robot, state):
     observer.set_contacts(
         [Touch("l_hand", np.array([0.0, 0.0, 0.05]), "force"), ("l_forearm", np.zeros(3))]
     )
-    query = WrenchQuery(observer, *state)
+    query = WrenchQuery(observer, NOISE, *state)
     axis = {joint.name: joint.axis for joint in robot.urdf.joints.values()}
     for name in ("l_elbow", "l_wrist_prosup", "l_wrist_pitch", "l_wrist_yaw", "l_shoulder_yaw"):
         wrench = query.wrench(f"joint:{name}")[0]
