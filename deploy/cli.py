@@ -25,6 +25,7 @@ from deploy.verbs import (
     status,
     top,
     wiring,
+    wrench,
     write,
 )
 
@@ -74,6 +75,7 @@ add(wiring.connections, "connections", "connections --json")
 add(rpc.rpc, "rpc", "rpc /torque_observer/rpc:i param action=list")
 add(clock.clock, "clock", "clock step --ticks 10")
 add(robot.push, "push", "push l_forearm --force 0,0,-15 --frame world --duration 1")
+add(wrench.wrench, "wrench", "wrench joint:l_elbow --frame root_link")
 add(robot.tare, "tare", "tare --seconds 1")
 add(calibrate.calibrate, "calibrate", "calibrate contacts --seconds 30 --motion reference")
 add(robot.stop, "stop", "stop --release")

@@ -176,6 +176,11 @@ def test_contacts_on_one_subtree_share_its_wrench_and_what_is_undecided_is_told(
     assert said.frame[row - 1] == "l_forearm" and "r_hand" not in said.frame
     assert said.decided == [i not in (row - 1, row) for i in range(count)]
     assert said.undecided.shape == (1, count, 6) and said.undecided[0, row].any()
+    told = feed.node.call(ports.rpc("torque_observer"), "wrench", {"of": "contact:l_hand"})
+    # of another sample: the sign of a pattern means nothing, its size follows the posture
+    patterns = np.abs(told["undecided"]), np.abs(said.undecided[:, row])
+    np.testing.assert_allclose(*patterns, atol=0.05)
+    assert not told["decided"]
     assert said.rank[right] == 0.0 and said.rank[said.subtree.index("l_arm")] == 6.0
     np.testing.assert_allclose(said.unexplained[right], said.subtree_wrench[right])
 
@@ -207,6 +212,8 @@ def test_any_wrench_is_told_in_any_frame(feed):
     moved = ask(of="link:l_hand", frame="l_hand", axes="root_link", point=[0.0, 0.0, 0.1])
     assert np.linalg.norm(moved["force"]) == pytest.approx(np.linalg.norm(own["force"]), rel=0.05)
     assert moved["axes"] == "root_link" and moved["stamp"] >= own["stamp"]
+    assert np.linalg.eigvalsh(moved["covariance"]).min() > 0.0
+    assert moved["decided"] and moved["undecided"] == []
     with pytest.raises(RpcError, match="did you mean 'l_hand'"):
         ask(of="link:l_hnad")
 
