@@ -22,22 +22,31 @@ def through_joint(maps: ErrorMaps, index: int) -> Array:
         index: The joint, in the robot's order.
     """
     graph = maps.observer.graph
-    model, data, joint = graph.bare_model, graph.bare_data, graph.joint_ids[index]
-    beyond = model.subtrees[joint].tolist()
-    carried = [(body, model.inertias[body]) for body, _ in graph.bodies if body in beyond]
-    moves = np.isin(_joint_of_column(model), beyond)
-    by_velocity, by_acceleration = _carried_by(model, data, joint, carried)
-    motion = maps.by_motion(
-        np.where(moves, data.dFdv, by_velocity), np.where(moves, data.dFda, by_acceleration)
-    )
+    beyond = graph.bare_model.subtrees[graph.joint_ids[index]].tolist()
     errors = -maps.below[index]
+    motion = np.hstack(_of_motion_beyond(maps, graph.joint_ids[index], beyond))
+    start, p = motion.shape[1], maps.forces.shape[1]
+    errors[:, :start] += motion
     # The root bears every body; those beyond the joint are borne by the joint too.
     borne = np.isin([body for body, _ in graph.bodies], beyond)
-    start, p = sum(columns.shape[1] for columns in motion), maps.forces.shape[1]
     of_bodies = np.concatenate([borne, np.repeat(borne, 3)])[: p - start]
-    errors[:, :start] += np.hstack(motion)
     errors[:, start:p] += maps.forces[:6, start:] * of_bodies
     return errors
+
+
+def _of_motion_beyond(maps: ErrorMaps, joint: int, beyond: list[int]) -> list[Array]:
+    """Errors of the motion in what moves the bodies beyond a joint, which it carries.
+
+    Joints among them move those still further out only: Pinocchio tells that.
+    """
+    graph = maps.observer.graph
+    model, data = graph.bare_model, graph.bare_data
+    bodies = [(body, model.inertias[body]) for body, _ in graph.bodies if body in beyond]
+    by_velocity, by_acceleration = _carried_by(model, data, joint, bodies)
+    among = np.isin(_joint_of_column(model), beyond)
+    return maps.by_motion(
+        np.where(among, data.dFdv, by_velocity), np.where(among, data.dFda, by_acceleration)
+    )
 
 
 def on_link(maps: ErrorMaps, joint: int, inertia: pin.Inertia) -> Array:
@@ -70,7 +79,8 @@ def _carried_by(
 ) -> tuple[Array, Array]:
     """Derivatives (6, nv) of what moves bodies, about the root, by velocity and acceleration.
 
-    Of the columns of the joints up to ``joint``, which carry all the bodies; others are 0.
+    That is the sum of I a + v x* I v (Fumagalli, eqs. (3.4.4) and (3.4.5)). Columns are those
+    of the joints up to ``joint``, which carry all the bodies alike; others are 0.
     """
     inertia, by_twist, momentum = pin.Inertia.Zero(), np.zeros((6, 6)), pin.Force.Zero()
     for body, own in bodies:
