@@ -29,7 +29,7 @@ def run(quick: bool = False) -> list[Row]:
 
 def measure(seconds: float) -> list[Row]:
     """Record the demo for so many seconds of wall time."""
-    with tempfile.TemporaryDirectory() as folder, running_demo() as demo:
+    with tempfile.TemporaryDirectory() as folder, running_demo("--no-browser") as demo:
         time.sleep(SETTLED)
         without = _cores(demo, min(seconds, SECONDS) / 2)
         ask = {"action": "set", "name": "folder", "value": folder}

@@ -19,7 +19,7 @@ Row = dict[str, Any]
 
 def run(quick: bool = False) -> list[Row]:
     """Return the figures of the demo, each with its target."""
-    with running_demo() as demo:
+    with running_demo("--no-browser") as demo:
         time.sleep(SETTLED)
         before = Snapshot(demo.node, demo.pids)
         time.sleep(QUICK if quick else SECONDS)

@@ -24,16 +24,19 @@ class RunningDemo:
     ready_after: float  # [s] from the start until all services were ready
 
 
+NO_SCREEN = {"DISPLAY": "", "WAYLAND_DISPLAY": ""}
+
+
 @contextmanager
-def running_demo() -> Iterator[RunningDemo]:
-    """Run ``wrenchbus demo --no-browser``; it ends with the block."""
+def running_demo(*flags: str) -> Iterator[RunningDemo]:
+    """Run ``wrenchbus demo`` with some flags, without a screen; it ends with the block."""
     with tempfile.TemporaryDirectory() as folder:
         start = time.monotonic()
         with subprocess.Popen(
-            [sys.executable, "-m", "deploy.main", "demo", "--no-browser"],
+            [sys.executable, "-m", "deploy.main", "demo", *flags],
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env={**os.environ, "XDG_RUNTIME_DIR": folder},
+            env={**os.environ, **NO_SCREEN, "XDG_RUNTIME_DIR": folder},
         ) as process:
             try:
                 _await_first_line(process)

@@ -1,6 +1,7 @@
 """The page: what is drawn when."""
 
 import time
+from typing import NamedTuple
 
 from bus import Node
 from robot_model import Robot
@@ -31,6 +32,13 @@ from .watch import Watch
 from .wrench_table import wrench_table
 
 ROOM = 0.5  # [s] between requests to go slower
+
+
+class Browsers(NamedTuple):
+    """What browsers do."""
+
+    watch: bool  # at least one
+    load: bool  # one that has not drawn the robot yet, and needs the processors
 
 
 class Page:
@@ -88,10 +96,12 @@ class Page:
             if self._lines.due(now):
                 self._say(known, now)
 
-    def make_room(self) -> None:
-        """Let a simulation leave the processors to a browser that loads the page."""
-        if self._loading and self._loading.look() and self._requests.due(time.monotonic()):
+    def look(self) -> Browsers:
+        """Look for browsers; while one loads the page, let a simulation make room for it."""
+        loads = self._loading is not None and self._loading.look()
+        if loads and self._requests.due(time.monotonic()):
             self._actions.slow_down(2.0 * ROOM)
+        return Browsers(self.watched, loads)
 
     def rest(self, resting: bool) -> None:
         """Read nothing while nobody looks, or go on."""

@@ -9,7 +9,7 @@ from bus import Node
 from robot_model import load_robot
 
 from .config import DashboardConfig
-from .page import Page
+from .page import Browsers, Page
 from .server import open_server
 
 log = logging.getLogger(__name__)
@@ -47,17 +47,17 @@ def _refuse(old: DashboardConfig, new: DashboardConfig) -> None:
 
 def _loop(node: Node, page: Page, config: DashboardConfig) -> None:
     """Sleep through arriving messages: only the newest at the time of a frame is drawn."""
-    due, watched = time.monotonic(), False
+    due, browsers = time.monotonic(), Browsers(watch=False, load=False)
     page.rest(True)
     while node.running:
         page.update()
-        period = 1.0 / (config.scene_rate if watched else config.idle_rate)
+        moves = browsers.watch and not browsers.load
+        period = 1.0 / (config.scene_rate if moves else config.idle_rate)
         due = max(due + period, time.monotonic())
         while node.running and (remaining := due - time.monotonic()) > 0.0:
             time.sleep(min(remaining, STEP))
             node.wait(0.0)
-            page.make_room()
-            if page.watched != watched:
-                watched = not watched
-                page.rest(not watched)
+            before, browsers = browsers, page.look()
+            if before != browsers:
+                page.rest(not browsers.watch)
                 break

@@ -9,10 +9,15 @@ from robot_sim.scenario import load_scenario
 SUPPORT = {"free": "floor", "fixed": "pole"}
 
 
+SLOW_START = 5.0  # s in which a page that is opened at once has the processors
+
+
 def demo_application(
-    robot: str, scenario: str, profile: str, base: str, speed: float = 1.0
+    robot: str, scenario: str, profile: str, base: str, speed: float = 1.0, page: bool = False
 ) -> Application:
     """Return the packaged demo for a robot, a scenario, a noise profile, a base and a speed.
+
+    With ``page`` one is opened at once.
 
     Raises:
         UsageError: No such robot, scenario or profile, or a wrong file.
@@ -24,5 +29,6 @@ def demo_application(
         raise UsageError(str(error)) from None
     application = load_application("demo").with_common({"robot": robot, "support": SUPPORT[base]})
     plant = {"profile": profile, "base": base, "speed": speed}
+    plant |= {"slow_start": SLOW_START} if page else {}
     application = application.with_params("robot_sim", plant)
     return application.with_arguments("scenario", {"name": scenario})

@@ -17,6 +17,7 @@ class SimConfig(RobotServiceConfig):
     seed: int = Field(default=0, ge=0)
     pace: Literal["real_time", "fast"] = "real_time"
     speed: float = Field(default=1.0, ge=0.05, le=10.0)
+    slow_start: float = Field(default=0.0, ge=0.0, le=60.0)
     burst: int = Field(default=10, ge=1, le=100)
     participants: list[str] = []
     paused: bool = False

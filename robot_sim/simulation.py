@@ -18,6 +18,7 @@ logger = logging.getLogger(__name__)
 
 PATIENCE = 5.0  # s of wall time until a missing lockstep participant is an error
 IDLE = 0.05  # s
+SLOW = 0.1  # of simulated to wall time, while others need the processors
 
 
 class Simulation:
@@ -76,6 +77,7 @@ class Simulation:
     def run(self) -> None:
         """Run until the node is asked to end."""
         self._pace.start(time.monotonic_ns())
+        self.slow_down(SLOW, self._config.slow_start)
         self._tell_time()
         while self._node.running:
             if self.paused:

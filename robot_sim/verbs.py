@@ -8,7 +8,7 @@ from bus import Node, Pending
 from robot_model import ports
 from robot_sim.config import SimConfig
 from robot_sim.plant import TICK, Base
-from robot_sim.simulation import Simulation
+from robot_sim.simulation import SLOW, Simulation
 from robot_sim.support import announce_support
 
 SUPPORT: dict[Base, str] = {"free": "floor", "fixed": "pole"}
@@ -69,7 +69,7 @@ class Verbs:
         self._simulation.resume()
         return {"time": self._plant.time}
 
-    def slow_down(self, seconds: float, speed: float = 0.1) -> dict[str, float]:
+    def slow_down(self, seconds: float, speed: float = SLOW) -> dict[str, float]:
         """Go slower for some wall time [s], so that others have the processors."""
         if not 0.0 < seconds <= LONGEST_SLOW or not 0.0 < speed <= 1.0:
             raise ValueError(

@@ -39,7 +39,7 @@ def demo(
     """Start the simulated robot and all services, and open the page."""
     from deploy.demo import demo_application
 
-    application = demo_application(robot, scenario, profile, base.value, speed)
+    application = demo_application(robot, scenario, profile, base.value, speed, not no_browser)
 
     def welcome(launcher: "Launcher") -> None:
         tell(launcher)

@@ -24,6 +24,18 @@ def test_status_tells_the_address_and_the_address_answers(start, node):
     assert f"dashboard: {url}\n" in eventually(lambda: process.output)
 
 
+def test_a_simulation_is_asked_to_make_room_for_a_browser_that_loads_the_page(start, node):
+    asked: list[float] = []
+    node.rpc("/icub/sim/rpc:i", {"slow_down": lambda seconds: asked.append(seconds)})
+    node.ready()
+    start("dashboard", "--set", "makes_room=true")
+    url = node.call("/dashboard/rpc:i", "status")["url"]
+    assert not asked
+    urllib.request.urlopen(url, timeout=10).close()
+    eventually(lambda: node.wait(0.01) or len(asked) > 2)
+    assert all(0.0 < seconds <= 2.0 for seconds in asked)
+
+
 def test_busy_port_ends_the_process_with_one_line_that_names_the_holder(hub):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
