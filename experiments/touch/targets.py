@@ -56,6 +56,9 @@ class Target:
 
 IDEAL = Sensors("ideal", "exact_masses")
 TWELVE_BITS = Sensors("realistic_12bit")
+CALIBRATED = Sensors(variant="calibrated")
+CALIBRATED_TWELVE_BITS = Sensors("realistic_12bit", "calibrated")
+CALIBRATED_IDEAL = Sensors("ideal", "exact_masses_calibrated")
 TARGETS = (
     Target("detected from 10 N on", "detected", 99, 100, least=STRONG),
     Target("delay from 10 N on, median", "delay", 15, 6, "ms", least=STRONG),
@@ -76,6 +79,11 @@ TARGETS = (
     ),
     Target("ideal: link first", "first", 99, 99, sensors=IDEAL),
     Target("ideal: point, median", "point", 1, 1, "mm", sensors=IDEAL),
+    Target("calibrated: link first", "first", 88, 95, sensors=CALIBRATED),
+    Target("calibrated: point, median", "point", 8, 4, "mm", sensors=CALIBRATED),
+    Target("calibrated, 12 bit: link first", "first", 86, 95, sensors=CALIBRATED_TWELVE_BITS),
+    Target("calibrated, ideal: link first", "first", 99, 99, sensors=CALIBRATED_IDEAL),
+    Target("calibrated, ideal: point, median", "point", 1, 1, "mm", sensors=CALIBRATED_IDEAL),
 )
 
 
