@@ -1,6 +1,7 @@
 """Contact detector: flags per limb and places, from sensor frames alone."""
 
 from dataclasses import dataclass, field
+from math import exp
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from robot_model.messages import SensorFrame
 
 Array = np.ndarray
 BODY = "body"  # name of the flag of the whole body
+CLEAR = 0.3  # s, time constant with which the clearest sign of a touch is forgotten
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,7 @@ class ContactDetector:
         self._shift: Array | float = 0.0  # of the readings from the covariance before to that one
         self._covariance_stamp = 0
         self._flags: tuple[object, ...] = ()
+        self._clearest = 0.0  # statistic of the body, of late
         self._statistics.stop()
 
     def set_support(self, support: str) -> None:
@@ -103,15 +106,17 @@ class ContactDetector:
         self.locator.add(touch, period, max(change.tolist()))
         told = statistic.tolist(), self.force.tolist()
         flags = self.monitor.update(*told, stamp, self._reasons)
-        self.body = self._judge_body(touch, stamp)
+        self.body = self._judge_body(touch, stamp, period)
         self.locator.keep(self.touched)
         if self.tared and self._is_calm(statistic):
             self.rows.bias.follow(touch, period / self.settings.drift_time)
         return flags
 
-    def _judge_body(self, touch: Array, stamp: int) -> LimbFlag:
+    def _judge_body(self, touch: Array, stamp: int, period: float) -> LimbFlag:
         found = self._statistics.body.evaluate(touch)
-        self._likeliest = found.subtree
+        self._clearest *= exp(-period / CLEAR)
+        if found.statistic >= self._clearest:  # a touch that fades does not change its limb
+            self._clearest, self._likeliest = found.statistic, found.subtree
         told = [found.statistic], [found.force]
         return self.body_monitor.update(*told, stamp, [self._body_reason])[0]
 
@@ -167,7 +172,8 @@ class ContactDetector:
     def touched(self) -> list[int]:
         """Indices of the sub-trees that are touched now.
 
-        When only the whole body shows a touch, that is the sub-tree which explains it best.
+        When only the whole body shows a touch, that is the sub-tree which explains it best
+        where it shows most.
         """
         touched = self.monitor.touched
         return touched or ([self._likeliest] if self.body_monitor.touched else [])

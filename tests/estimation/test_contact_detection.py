@@ -277,6 +277,21 @@ def test_the_joint_statistic_is_the_largest_gain_of_a_wrench_on_any_body(
     assert detector.body.force == pytest.approx(10.0, abs=0.3)
 
 
+def test_a_touch_that_only_the_body_shows_stays_on_its_limb_while_it_fades(
+    robot: Robot, still: tuple[Frames, Frames]
+) -> None:
+    rest, pushed = still
+    detector = tared(robot, rest)
+    detector.monitor.calibrate(np.full(len(robot.subtrees), 1e6))  # limbs show nothing
+    stamps = count(rest[-1][0] + 4_000_000, 4_000_000)
+    seen = []
+    for _, frame in (*pushed[:25], *rest[:50]):
+        detector.step(frame, next(stamps))
+        seen.append(detector.touched)
+    assert seen[-1] == []
+    assert {limb for limbs in seen for limb in limbs} == {robot.subtree_of("l_forearm")}
+
+
 def test_a_renewal_piece_by_piece_ends_where_one_at_once_does(
     robot: Robot, still: tuple[Frames, Frames]
 ) -> None:
