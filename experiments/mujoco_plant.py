@@ -18,7 +18,7 @@ from robot_model import Robot
 from robot_model.messages import RawFrame
 from robot_sim import TICK, PlantConfig
 from robot_sim.boards import Boards
-from robot_sim.motions import Motion
+from robot_sim.motions import Motion, followed
 from robot_sim.noise import Noise, load_profile
 from robot_sim.pushes import RISE, PushShape
 from robot_sim.raw_frame import all_valid, raw_frame
@@ -148,9 +148,9 @@ class MujocoPlant:
         self._pushes.clear()
         self.data.xfrc_applied[:] = 0.0
 
-    def motion(self, motion: Motion) -> None:
-        """Add a motion to the position reference."""
-        self._motion = motion.checked(self.robot).started(self.time * 1e-9)
+    def motion(self, motion: Motion | None) -> None:
+        """Add a motion to the position reference, or fade the present one out."""
+        self._motion = followed(self._motion, motion, self.robot, self.time * 1e-9)
 
     # -- what a tick does
 

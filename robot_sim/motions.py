@@ -68,3 +68,12 @@ class Motion:
         # A quarter-wave start would jump; the smooth ramp keeps velocity continuous.
         scale = scale * scale * (3.0 - 2.0 * scale)
         return scale * self.amplitude * np.sin(self.speed * (time - self.start) + self.phase)
+
+
+def followed(
+    present: Motion | None, motion: Motion | None, robot: Robot, now: float
+) -> Motion | None:
+    """Return what moves from a time [s] on: another motion, or the present one fading out."""
+    if motion is not None:
+        return motion.checked(robot).started(now)
+    return None if present is None else present.stopped(now)

@@ -12,7 +12,7 @@ from robot_sim.boards import Boards, Mode
 from robot_sim.body import Body, PlantDiverged
 from robot_sim.contact import Floor, SoleContacts, placement, stands_on
 from robot_sim.friction import JointFriction
-from robot_sim.motions import Motion
+from robot_sim.motions import Motion, followed
 from robot_sim.noise import Noise, load_profile
 from robot_sim.pushes import RISE, Pushes, PushShape
 from robot_sim.raw_frame import all_valid, raw_frame
@@ -144,11 +144,7 @@ class Plant:
 
     def motion(self, motion: Motion | None) -> None:
         """Add a motion to the position reference, or fade the present one out."""
-        now = self.time * 1e-9
-        if motion is not None:
-            self._motion = motion.checked(self.robot).started(now)
-        elif self._motion is not None:
-            self._motion = self._motion.stopped(now)
+        self._motion = followed(self._motion, motion, self.robot, self.time * 1e-9)
 
     def profile(self, name: str | Path) -> None:
         """Change the noise profile; biases are drawn anew from the seed."""

@@ -37,7 +37,7 @@ class TouchPlant(Protocol):
     def fallen(self) -> bool: ...
     def step(self) -> None: ...
     def raw(self) -> RawFrame: ...
-    def motion(self, motion: Motion) -> None: ...
+    def motion(self, motion: Motion | None) -> None: ...
     def push(
         self,
         link: str,
@@ -160,6 +160,8 @@ class WatchedRobot:
         self.plant.motion(motion)
         self.watch(FADE)
         self.detector.calibrate(self._quiet(seconds))
+        self.plant.motion(None)  # another one that began now would tear at the limbs
+        self.watch(FADE)
 
     def _quiet(self, seconds: float) -> Quiet:
         period, rows = QuietPeriod(self.robot.joints), self.detector.rows
