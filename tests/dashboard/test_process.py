@@ -31,7 +31,8 @@ def test_a_simulation_is_asked_to_make_room_for_a_browser_that_loads_the_page(st
     start("dashboard", "--set", "makes_room=true")
     url = node.call("/dashboard/rpc:i", "status")["url"]
     assert not asked
-    urllib.request.urlopen(url, timeout=10).close()
+    with urllib.request.urlopen(url, timeout=10) as answer:
+        answer.read()  # as a browser does
     eventually(lambda: node.wait(0.01) or len(asked) > 2)
     assert all(0.0 < seconds <= 2.0 for seconds in asked)
 
