@@ -6,7 +6,7 @@ import os
 import socket
 from pathlib import Path
 
-from .tcp_table import LISTEN, sockets
+from .tcp_table import LISTEN, is_at, sockets
 
 
 class PortBusyError(OSError):
@@ -30,8 +30,8 @@ def require_free(host: str, port: int) -> None:
 
 def holder(port: int) -> str:
     """Return ``pid N (command)`` of the process that listens on the port, as far as readable."""
-    listening = (one for one in sockets(port) if one.state == LISTEN)
-    inodes = {f"socket:[{one.inode}]" for one in listening}
+    bound = (one for one in sockets() if is_at(one.local, port))
+    inodes = {f"socket:[{one.inode}]" for one in bound if one.state == LISTEN}
     for process in Path("/proc").glob("[0-9]*"):
         if inodes & _open_files(process):
             return f"pid {process.name} ({_command(process)})"

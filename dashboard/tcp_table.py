@@ -9,18 +9,22 @@ TABLES = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 
 
 class Socket(NamedTuple):
-    """A row of the kernel's table."""
+    """A row of the kernel's table; addresses as the kernel writes them."""
 
-    state: str  # hexadecimal
+    local: str
     remote: str
+    state: str  # hexadecimal
     inode: str
 
 
-def sockets(port: int) -> Iterator[Socket]:
-    """Yield the sockets of a local port."""
-    end = f":{port:04X}"
+def sockets() -> Iterator[Socket]:
+    """Yield every socket, for a minute also those that were closed."""
     for table in TABLES:
         text = table.read_text() if table.exists() else ""
         for row in map(str.split, text.splitlines()[1:]):
-            if row[1].endswith(end):
-                yield Socket(state=row[3], remote=row[2], inode=row[9])
+            yield Socket(local=row[1], remote=row[2], state=row[3], inode=row[9])
+
+
+def is_at(address: str, port: int) -> bool:
+    """Whether an address has a port."""
+    return address.endswith(f":{port:04X}")
