@@ -39,7 +39,7 @@ def free_port() -> int:
         return sock.getsockname()[1]
 
 
-def eventually(predicate: Callable[[], T], timeout: float = 30.0, what: str = "") -> T:
+def eventually(predicate: Callable[[], T], timeout: float = 60.0, what: str = "") -> T:
     """Return the first true value of ``predicate()``; fail when none came in time."""
     deadline = time.monotonic() + timeout
     while not (value := predicate()):
@@ -51,7 +51,7 @@ def eventually(predicate: Callable[[], T], timeout: float = 30.0, what: str = ""
     return value
 
 
-def collect(node: Node, port: Input, count: int, timeout: float = 30.0) -> list[Received]:
+def collect(node: Node, port: Input, count: int, timeout: float = 60.0) -> list[Received]:
     """Return the next ``count`` messages of an input of the test's node, in order."""
     messages: list[Received] = []
 

@@ -29,7 +29,7 @@ finish() {  # PID LOG: waits for a set in the background
   cat "$logs/$2"
 }
 
-nice -n 10 "$python" -m pytest -o timeout=900 "$@" $maths >"$logs/maths" 2>&1 &
+nice -n 19 "$python" -m pytest -o timeout=900 "$@" $maths >"$logs/maths" 2>&1 &
 maths_pid=$!
 "$python" -m pytest "$@" $bus >"$logs/bus" 2>&1 &
 bus_pid=$!

@@ -26,9 +26,14 @@ def test_the_page_says_replay_and_pauses_and_moves_the_recording(start, hub, loo
 
             label = page.page.get_by_text("Log [s]", exact=True)
             field = label.locator("xpath=following::input[@type='text'][1]")
-            field.fill("1.5")
-            field.press("Enter")
-            eventually(lambda: 1.5 <= position() < 1.6)
+
+            def sought() -> bool:  # the page may renew the field while somebody types
+                field.fill("1.5")
+                field.press("Enter")
+                page.page.wait_for_timeout(1000)
+                return 1.5 <= position() < 1.6
+
+            eventually(sought, 90.0)
             page.press("Resume")
             page.await_text("status", "^replay")
     finally:

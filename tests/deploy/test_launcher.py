@@ -76,7 +76,7 @@ def test_a_signal_ends_everything_with_status_0(two, status, runtime_directory, 
 def test_a_killed_launcher_leaves_nothing_running(two, status):
     pids = [row["pid"] for row in status().values()]
     two.popen.kill()
-    eventually(lambda: not any(map(is_alive, pids)), 5.0)
+    eventually(lambda: not any(map(is_alive, pids)))
 
 
 def test_what_dies_is_started_again_and_the_others_go_on(two, status):

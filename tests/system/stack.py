@@ -29,7 +29,7 @@ SETTINGS = {
     "robot_sim": ("--set", "speed=0.3"),
     "dashboard": ("--set", "idle_rate=10"),  # Hz at which an unwatched page reads its inputs
 }
-PATIENCE = 60.0  # s; two loaded cores
+PATIENCE = 100.0  # s; two loaded cores
 SILENT = 0.5  # s without a message
 END_WITHIN = 5.0  # s
 

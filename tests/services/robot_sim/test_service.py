@@ -78,7 +78,7 @@ def test_paused_it_steps_tick_by_tick_and_reset_reproduces_the_run(start, observ
     first = observer.stepped(40)
     assert [message.envelope.stamp for message in first] == [MS * (i + 1) for i in range(40)]
     assert {message.envelope.clock for message in first} == {1}
-    assert eventually(observer.clock.newest, 5.0).data.state == "paused"
+    assert eventually(observer.clock.newest, 60.0).data.state == "paused"
     assert observer.ask("reset") == {"time": 0}
     second = observer.stepped(40)
     for one, other in zip(first, second, strict=True):
@@ -92,14 +92,14 @@ def test_it_runs_in_real_time_and_pauses_and_resumes(start, observer):
     observer.node.ready()
     status = observer.ask("status")
     assert status["clock"] == "running" and status["base"] == "free"
-    received = eventually(lambda: observer.raw.newest(), 10.0)
+    received = eventually(lambda: observer.raw.newest(), 60.0)
     assert received.envelope.valid and received.data.q.shape == (32,)
     stopped = observer.ask("pause")["time"]
     assert observer.ask("status")["time"] == stopped
     assert observer.ask("resume")["time"] == stopped
     with pytest.raises(RpcError, match="pause it before stepping"):
         observer.ask("step", ticks=1)
-    eventually(lambda: observer.ask("status")["time"] > stopped, 10.0)
+    eventually(lambda: observer.ask("status")["time"] > stopped, 60.0)
 
 
 def speed_of(observer):
@@ -222,7 +222,7 @@ def test_without_truth_the_port_is_absent_and_the_raw_frames_are_the_same(start,
             frames[truth] = observer.stepped(20)
             assert (own.directory.leader("/icub/truth:o") is not None) == (truth == "true")
         assert process.stop() == 0
-        eventually(lambda: node.directory.leader("/icub/raw:o") is None, 10.0)
+        eventually(lambda: node.directory.leader("/icub/raw:o") is None, 60.0)
     for one, other in zip(frames["true"], frames["false"], strict=True):
         assert np.array_equal(one.data.ft, other.data.ft)
 
@@ -274,13 +274,13 @@ def test_in_lockstep_it_waits_for_the_participant_and_names_it(start, hub, robot
         sizes = {"model": robot.model_hash, "dimensions": robot.dimensions}
         raw = slow.input("/slow/raw:i", RawFrame, "/icub/raw:o", 64, **sizes)
         slow.ready()
-        time = slow.call(SIM, "status", {}, 10.0)["time"]
+        time = slow.call(SIM, "status", {}, 60.0)["time"]
         assert time <= MS
-        waiting = eventually(lambda: slow.call(SIM, "status", {}, 10.0)["waiting_for"], 20.0)
+        waiting = eventually(lambda: slow.call(SIM, "status", {}, 60.0)["waiting_for"], 20.0)
         assert "slow" in waiting
         slow.acknowledge(MS)
         for tick in range(2, 30):
-            received = eventually(raw.read, 10.0)
+            received = eventually(raw.read, 60.0)
             assert received.envelope.stamp == tick * MS
             slow.acknowledge(tick * MS)
 

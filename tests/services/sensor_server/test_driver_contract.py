@@ -11,7 +11,7 @@ from services.sensor_server.config import SensorServerConfig
 from services.sensor_server.driver import make_driver
 
 TICK = 1_000_000  # [ns]
-PATIENCE = 5.0  # [s]
+PATIENCE = 60.0  # [s]
 
 
 def read(hardware):

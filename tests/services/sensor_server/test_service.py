@@ -20,7 +20,7 @@ from robot_model.messages import (
     SensorFrame,
 )
 
-PATIENCE = 5.0  # [s]
+PATIENCE = 60.0  # [s]
 
 
 @pytest.fixture

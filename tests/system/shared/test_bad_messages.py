@@ -93,5 +93,5 @@ def test_every_rpc_port_answers_rubbish_with_an_error(stack: Stack, payload: byt
 
     for name in names(stack, "rpc"):
         answer = stack.until(lambda name=name: errors(name), lambda name=name: f"{name} is mute")
-        assert answer == [True], name
+        assert all(answer), name  # twice, where a link has just been made anew
     stack.assert_running()
