@@ -8,7 +8,7 @@ from bus import Pending
 from estimation.resting import RestingAverage, RestingMean, TareError
 from robot_model.messages import SensorFrame
 
-PATIENCE = 3.0  # s of wall time beyond the asked ones, then the frames are missing
+PATIENCE = 5.0  # s of wall time without a frame; a simulation may be slow
 
 Solve = Callable[[RestingMean], dict[str, Any]]
 
@@ -41,7 +41,7 @@ class Taring:
         self._average, self._solve = average, solve
         self._nanoseconds, self._end = int(seconds * 1e9), 0
         self._samples = samples
-        self._deadline = time.monotonic() + 2.0 * seconds + PATIENCE
+        self._deadline = time.monotonic() + PATIENCE
         self._pending = Pending()
         return self._pending
 
@@ -51,6 +51,7 @@ class Taring:
 
     def add(self, frame: SensorFrame, stamp: int) -> None:
         """Take one complete frame."""
+        self._deadline = time.monotonic() + PATIENCE
         if self._end == 0:
             self._end = stamp + self._nanoseconds
         self._average.add(frame.q, frame.dq, frame.ft, frame.imu_gyro[0], frame.imu_acc[0])

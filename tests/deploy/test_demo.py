@@ -14,7 +14,7 @@ from deploy.main import run
 pytestmark = [pytest.mark.system, pytest.mark.timeout(900)]
 
 # on a loaded machine a robot in real time does not come to rest, and is not tared
-SLOW = ("--no-browser", "--speed", "0.2")
+SLOW = ("--no-browser", "--speed", "0.3")
 SERVICES = [
     "hub",
     "robot_sim",
