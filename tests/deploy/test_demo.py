@@ -84,9 +84,12 @@ def assert_can_be_stopped(ask):
 
 def pids_of(demo, ask):
     """Return the processes of a demo that is ready."""
-    rows = ask("status", "--connect", endpoint(demo))
-    assert [row["service"] for row in rows if row["ready"]] == SERVICES
-    return [row["pid"] for row in rows]
+
+    def ready():  # a loaded machine is slow to hear of all
+        rows = ask("status", "--connect", endpoint(demo))
+        return rows if [row["service"] for row in rows if row["ready"]] == SERVICES else []
+
+    return [row["pid"] for row in eventually(ready)]
 
 
 def test_two_demos_run_at_once_are_tared_and_pushed_and_leave_nothing_behind(
