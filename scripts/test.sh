@@ -11,10 +11,11 @@ done
 
 maths="tests/estimation tests/robot_model tests/robot_sim tests/experiments"  # no processes
 bus="tests/bus"
-robots="tests/browser tests/system"  # whole robots, one after the other
+alone="tests/services/robot_sim tests/services/estimators"
+robots="$alone tests/browser tests/system"  # parts and whole robots, one after the other
 network="tests/multihost"  # after those: counts seconds of a cable that is out
-named="$maths $bus $robots $network tests/data tests/soak tests/__pycache__"
-services=$(ls -d tests/*/ | sed 's:/$::' | grep -vxE "${named// /|}")
+named="$maths $bus $robots $network tests/services tests/data tests/soak"
+services=$(ls -d tests/*/ tests/services/*/ | sed 's:/$::' | grep -vxE "(${named// /|}|.*/__pycache__)")
 status=5  # pytest's where no test was chosen, by -k for instance
 logs=$(mktemp -d)
 trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$logs"' EXIT
