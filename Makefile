@@ -47,7 +47,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv || \
 		{ echo "python3 -m venv failed: on Debian and Ubuntu, apt install python3-venv"; rm -rf .venv; exit 1; }
 	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt setuptools
-	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt \
+	$(BIN)/python -m pip install -q --disable-pip-version-check --no-compile -c constraints.txt \
 		--no-build-isolation -e ".[test]"
 	-@$(BIN)/python -m compileall -q -j 0 .venv/lib >/dev/null
 	-@$(BIN)/python -m robot_model.surface icub >/dev/null  # cached, so that no first start waits

@@ -110,6 +110,8 @@ class Page:
 
     def close(self) -> None:
         """End the threads of the page."""
+        if self._loading is not None:
+            self._loading.close()
         self._watch.close()
         self._errands.close()
 

@@ -6,7 +6,7 @@ import os
 import socket
 from pathlib import Path
 
-from .tcp_table import LISTEN, is_at, sockets
+LISTEN = "0A"
 
 
 class PortBusyError(OSError):
@@ -30,8 +30,7 @@ def require_free(host: str, port: int) -> None:
 
 def holder(port: int) -> str:
     """Return ``pid N (command)`` of the process that listens on the port, as far as readable."""
-    bound = (one for one in sockets() if is_at(one.local, port))
-    inodes = {f"socket:[{one.inode}]" for one in bound if one.state == LISTEN}
+    inodes = {f"socket:[{inode}]" for inode in _listening(port)}
     for process in Path("/proc").glob("[0-9]*"):
         if inodes & _open_files(process):
             return f"pid {process.name} ({_command(process)})"
@@ -40,6 +39,17 @@ def holder(port: int) -> str:
 
 def _family(host: str) -> socket.AddressFamily:
     return socket.AF_INET6 if ":" in host else socket.AF_INET
+
+
+def _listening(port: int) -> list[str]:
+    """Inodes of the sockets that listen on the port: column 9 of /proc/net/tcp."""
+    inodes = []
+    for table in (Path("/proc/net/tcp"), Path("/proc/net/tcp6")):
+        rows = table.read_text().splitlines()[1:] if table.exists() else []
+        for row in map(str.split, rows):
+            if row[3] == LISTEN and int(row[1].rpartition(":")[2], 16) == port:
+                inodes.append(row[9])
+    return inodes
 
 
 def _open_files(process: Path) -> set[str]:

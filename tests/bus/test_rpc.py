@@ -142,7 +142,7 @@ def test_a_stopped_process_is_a_timeout_and_a_killed_one_is_absent(start, node):
     toy.send(signal.SIGCONT)
     toy.kill()
     with pytest.raises(RpcAbsent):
-        node.call("/toy/rpc:i", "double", {"value": 4}, timeout=3.0)
+        node.call("/toy/rpc:i", "double", {"value": 4}, timeout=30.0)
 
 
 def test_two_servers_on_one_port_are_told(server, node, hub):
@@ -291,11 +291,11 @@ def test_a_handler_that_is_slow_holds_up_no_messages(start, node):
     node.ready()
     eventually(lambda: out.matched and node.directory.leader("/toy/out:o"))
     with pytest.raises(RpcTimeout):
-        node.call("/toy/rpc:i", "hang", {"seconds": 0.5}, timeout=0.1)
+        node.call("/toy/rpc:i", "hang", {"seconds": 3.0}, timeout=0.1)
     worst = 0.0
-    for k in range(50):
+    for k in range(10):
         began = time.monotonic()
         out.write(Number(value=float(k)))
         worst = max(worst, time.monotonic() - began)
-    assert worst < 1.0
-    eventually(lambda: (r := answers.read()) and r.envelope.valid and r.data.value == 98.0)
+    assert worst < 2.5
+    eventually(lambda: (r := answers.read()) and r.envelope.valid and r.data.value == 18.0)

@@ -19,21 +19,25 @@ def server() -> Iterator[PageServer]:
     opened.stop()
 
 
-def test_nobody_loads_a_page_that_nobody_asks_for(server):
-    loading = Loading(server)
+@pytest.fixture
+def loading(server) -> Iterator[Loading]:
+    opened = Loading(server)
+    yield opened
+    opened.close()
+
+
+def test_nobody_loads_a_page_that_nobody_asks_for(loading):
     assert not loading.look()
 
 
-def test_a_request_for_the_page_begins_to_load_it(server):
-    loading = Loading(server)
+def test_a_request_for_the_page_begins_to_load_it(server, loading):
     with socket.create_connection((server.get_host(), server.get_port())) as browser:
         browser.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
-        assert loading.look()
+        eventually(loading.look)
         assert loading.look()  # it takes longer than one look
 
 
-def test_a_browser_that_goes_away_before_it_draws_ends_the_loading(server):
-    loading = Loading(server)
+def test_a_browser_that_goes_away_before_it_draws_ends_the_loading(server, loading):
     with join(server, None) as page:
         assert page.recv(timeout=10)
         eventually(loading.look)
