@@ -12,7 +12,8 @@ done
 maths="tests/estimation tests/robot_model tests/robot_sim tests/experiments"  # no processes
 bus="tests/bus"
 alone="tests/services/robot_sim tests/services/estimators"
-robots="$alone tests/browser tests/system"  # parts and whole robots, one after the other
+demo="tests/deploy/test_demo.py"
+robots="$alone tests/browser tests/system $demo"  # parts and whole robots, one after the other
 network="tests/multihost"  # after those: counts seconds of a cable that is out
 named="$maths $bus $robots $network tests/services tests/data tests/soak"
 services=$(ls -d tests/*/ tests/services/*/ | sed 's:/$::' | grep -vxE "(${named// /|}|.*/__pycache__)")
@@ -34,7 +35,7 @@ nice -n 19 "$python" -m pytest -o timeout=900 "$@" $maths >"$logs/maths" 2>&1 &
 maths_pid=$!
 "$python" -m pytest "$@" $bus >"$logs/bus" 2>&1 &
 bus_pid=$!
-"$python" -m pytest "$@" $services >"$logs/services" 2>&1 &
+"$python" -m pytest "$@" $services --ignore="$demo" >"$logs/services" 2>&1 &
 services_pid=$!
 "$python" -m pytest "$@" $robots
 note $?
