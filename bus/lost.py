@@ -19,7 +19,11 @@ ANSWER = 1.0  # s for the hub to say whom it has
 
 def is_used(session: zenoh.Session) -> bool:
     """Whether somebody still wants a session: it is not closed, nor the process at its end."""
-    return not session.is_closed() and threading.main_thread().is_alive()
+    try:
+        closed = session.is_closed()
+    except RuntimeError:  # another thread closes it just now
+        closed = True
+    return not closed and threading.main_thread().is_alive()
 
 
 class Look:

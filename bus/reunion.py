@@ -87,7 +87,7 @@ class Reunion:
     def _watch(self) -> None:
         while self._any_awaited() and self._is_used():
             if self._rested(self._pause()):
-                with suppress(zenoh.ZError):  # closed meanwhile
+                with suppress(zenoh.ZError, RuntimeError):  # closed meanwhile, or just now
                     self._look()
 
     def _pause(self) -> float:

@@ -120,7 +120,7 @@ def test_parameters_are_set_over_rpc_and_validated(start, node):
 
 def test_a_stopped_service_tells_about_its_ports_again_when_it_goes_on(start, node):
     toy = start("tests.bus.toys", service="toy")
-    assert port_info(node, "/toy/out:o")["statistics"]["written"] > 0
+    eventually(lambda: port_info(node, "/toy/out:o")["statistics"]["written"] > 0)
     toy.send(signal.SIGSTOP)
     error = str(eventually(lambda: port_info(node, "/toy/out:o", timeout=0.3).get("error")))
     assert "no answer within 0.3 s" in error
