@@ -23,6 +23,7 @@ import zenoh
 
 from bus.lost import Look, Lost, LostElsewhere, LostHere, is_used
 from bus.sockets import abandon_dials, close_connection, endpoint_address
+from bus.unheard import LOOK, Unheard
 
 FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # s between looks for a peer, soon after its loss and later
 SLICE = 0.05  # s between looks at whether we are to end
@@ -39,6 +40,7 @@ class Reunion:
         self._links: dict[str, list[zenoh.Link]] = {}  # by peer; the two that meet dial both
         self._began: dict[str, float] = {}
         self._given_up: set[str] = set()
+        self._unheard = Unheard()
         self._gathered_at: float | None = None
         self._lock = threading.Lock()
         self._watching = False
@@ -53,6 +55,9 @@ class Reunion:
         self._began[peer] = time.monotonic()
         if self._gathered_at is not None:
             self._gathered_at = time.monotonic() + GATHERING
+        with self._lock:
+            self._unheard.began(link)
+            self._start()
 
     def ended(self, peer: str) -> None:
         """Note that a peer is not linked any more; look for it from time to time."""
@@ -92,10 +97,12 @@ class Reunion:
 
     def _pause(self) -> float:
         now, lost = time.monotonic(), list(self._lost.values())
+        longest = LOOK if self._unheard.any else LAST_PAUSE
         if lost:
             elapsed = now - min(each.since for each in lost)
-            return min(FIRST_PAUSE + 0.02 * elapsed, LAST_PAUSE)
-        return max((self._gathered_at or now) - now, SLICE)
+            return min(FIRST_PAUSE + 0.02 * elapsed, longest)
+        gathered_at = now + longest if self._gathered_at is None else self._gathered_at
+        return min(max(gathered_at - now, SLICE), longest)
 
     def _rested(self, pause: float) -> bool:
         """Wait; return whether the session is still used then."""
@@ -109,10 +116,12 @@ class Reunion:
 
     def _any_awaited(self) -> bool:
         with self._lock:
-            self._watching = bool(self._lost) or self._gathered_at is not None
+            awaited = bool(self._lost) or self._gathered_at is not None
+            self._watching = awaited or self._unheard.any
             return self._watching
 
     def _look(self) -> None:
+        self._unheard.look()
         linked = {str(peer) for peer in self._session.info.peers_zid()}
         look = Look(self._session)
         self._count(look, linked)

@@ -4,16 +4,21 @@ import os
 import socket
 import stat
 import struct
+import sys
 from collections.abc import Callable, Container
 from contextlib import suppress
+from fcntl import ioctl
 from pathlib import Path
+from termios import FIONREAD
 
 DESCRIPTORS = Path("/proc/self/fd")  # Linux; elsewhere nothing is found
 SYN_SENT = 2  # <netinet/tcp.h>
+RECEIVED = 128  # where tcpi_bytes_received is in <linux/tcp.h>'s struct tcp_info
 LINGER = struct.Struct("ii")  # struct linger: on, seconds
 MOST_RELEASED = 4096
 
 Address = tuple[str, int]  # host, port
+Ends = tuple[Address, Address]  # own, other
 
 _released: set[int] = set()  # inodes of the connections that linger no more
 
@@ -78,6 +83,21 @@ def close_connection(own: Address, other: Address) -> bool:
         return found
 
     return _each(end) > 0
+
+
+def read_and_waiting() -> dict[Ends, tuple[int, int]]:
+    """Return of every connection how many bytes were read so far, and how many wait to be."""
+    found: dict[Ends, tuple[int, int]] = {}
+
+    def measure(connection: socket.socket) -> bool:
+        ends = connection.getsockname()[:2], connection.getpeername()[:2]
+        waiting = struct.unpack("i", ioctl(connection, FIONREAD, bytes(4)))[0]
+        told = connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, RECEIVED + 8)
+        found[ends] = int.from_bytes(told[RECEIVED:], sys.byteorder) - waiting, waiting
+        return True
+
+    _each(measure)
+    return found
 
 
 def abandon_dials() -> int:
