@@ -22,7 +22,7 @@ from bus.packing import pack, unpack
 from bus.rpc import Request
 from bus.tokens import PORT, Token
 
-CLAIM, PEERS = "@wb/hub/claim", "@wb/hub/peers"
+CLAIM, PEERS, OWNERS = "@wb/hub/claim", "@wb/hub/peers", "@wb/hub/owners"
 GRANT = 2.0  # s for which a granted name waits for its token
 PATIENCE = 0.3  # s for which a taken name is asked for again
 SETTLE = 0.4  # s for which a claim without a hub waits for others
@@ -169,7 +169,11 @@ class Arbiter:
         self._session = session
         self._queryables = [
             session.declare_queryable(f"**/{key}", Callback(answer, indirect=False))
-            for key, answer in ((CLAIM, self._answer), (PEERS, self._tell_peers))
+            for key, answer in (
+                (CLAIM, self._answer),
+                (PEERS, self._tell_peers),
+                (OWNERS, self._tell_owners),
+            )
         ]
 
     def close(self) -> None:
@@ -208,6 +212,22 @@ class Arbiter:
     def _tell_peers(self, query: zenoh.Query) -> None:
         peers = [str(peer) for peer in self._session.info.peers_zid()]
         query.reply(query.key_expr, pack(peers))
+
+    def _tell_owners(self, query: zenoh.Query) -> None:
+        query.reply(query.key_expr, pack(self.owners(str(query.key_expr).partition("@wb")[0])))
+
+    def owners(self, namespace: str) -> list[str]:
+        """Return the sessions that have names in a namespace."""
+        with self._lock:
+            standing = [(place, list(tokens.values())) for place, tokens in self._standing.items()]
+        return sorted(
+            {
+                token.owner.node
+                for place, tokens in standing
+                for token in tokens
+                if place == namespace + token.name
+            }
+        )
 
     def decide(self, namespace: str, wanted: list[Token]) -> list[tuple[str, bool]]:
         """Return ``(token key, only granted yet)`` of the owners in the way; grant all if none."""

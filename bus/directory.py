@@ -54,6 +54,10 @@ class Directory:
         """Return the leading token of every standing name, sorted by name."""
         return [token for name in self.names() if (token := self.owner(name)) is not None]
 
+    def sessions(self) -> set[str]:
+        """Return the sessions that have names."""
+        return {token.owner.node for token in list(self._known.values())}
+
     def services(self) -> list[Owner]:
         """Return the services that are ready, sorted."""
         return sorted(self._ready.copy().values())

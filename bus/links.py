@@ -7,6 +7,7 @@ setting changes that, but the sockets are ours.
 """
 
 import time
+from collections.abc import Callable
 from weakref import WeakValueDictionary
 
 import zenoh
@@ -54,6 +55,16 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
     info = session.info  # the end of a link that failed is told as that of its transport only
     info.declare_transport_events_listener(Callback(on_transport, indirect=False), history=True)
     info.declare_link_events_listener(Callback(on_link, indirect=False), history=True)
+
+
+def expect_names(session: zenoh.Session, known: Callable[[], set[str]]) -> None:
+    """Make the links anew with those whose names the hub knows and we do not.
+
+    Args:
+        known: Returns the sessions whose names have come here.
+    """
+    if reunion := _reunions.get(str(session.zid())):
+        reunion.known = known
 
 
 def settle(session: zenoh.Session, opened_at: float) -> None:

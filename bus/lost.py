@@ -8,7 +8,7 @@ from functools import cached_property
 
 import zenoh
 
-from bus.claims import PEERS
+from bus.claims import OWNERS, PEERS
 from bus.rpc import Request
 
 PROBE = 0.15  # s for a connection to be accepted
@@ -36,9 +36,17 @@ class Look:
     @cached_property
     def at_hub(self) -> set[str] | None:
         """The peers that the hub is linked with; None when it does not answer."""
+        return self._ask(PEERS)
+
+    @cached_property
+    def owners(self) -> set[str]:
+        """The peers that have names, as far as the hub answers."""
+        return self._ask(OWNERS) or set()
+
+    def _ask(self, key: str) -> set[str] | None:
         if not list(self._session.info.routers_zid()):
             return set()
-        request = Request(self._session, PEERS, b"", ANSWER)
+        request = Request(self._session, key, b"", ANSWER)
         deadline = time.monotonic() + 2.0 * ANSWER
         while not request.done and time.monotonic() < deadline and is_used(self._session):
             request.wait(0.1)

@@ -15,7 +15,7 @@ from bus.errors import BusError
 from bus.freshness import Freshness
 from bus.information import InformationServer
 from bus.input import Input
-from bus.links import settle
+from bus.links import expect_names, settle
 from bus.lockstep import Participant
 from bus.names import StreamKind, check_name
 from bus.output import MAX_MESSAGE, Output
@@ -102,6 +102,7 @@ class Node:
         )
         self._parts = [self.ports]
         self.directory = Directory(self.session, self._on_port)
+        expect_names(self.session, self.directory.sessions)
         information = InformationServer(self.session, self.owner.node, self.ports)
         self._parts += [self.directory, information]
         self._rpc_name = f"/{self.name}/rpc:i"

@@ -11,12 +11,16 @@ up by its peers and not by the hub; the hub is asked whether it still has it. (W
 address answers says nothing there: ports are used again.) Nor need two have been linked ever:
 gossip is told once, and a dial that it causes fails where one of them is stopped just then, or
 slow. So some time after it has joined a hub a session asks who else has, and looks for them too.
+And who is linked may be deaf or dumb all the same, when links begin on a loaded machine: the hub
+knows names of somebody, and we none. Such a link is closed, which makes it a lost peer's.
 
 The thread that looks is no daemon: one that Python's end finds in Zenoh brings the process down.
 """
 
 import threading
 import time
+from collections import Counter
+from collections.abc import Callable
 from contextlib import suppress
 
 import zenoh
@@ -29,6 +33,7 @@ FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # s between looks for a peer, soon after its
 SLICE = 0.05  # s between looks at whether we are to end
 GOSSIP = 0.3  # s after which the hub's gossip of a new link has had its effect
 GATHERING = 2.0  # s without a new link, after which all who have joined a hub should be linked
+NAMELESS = 3  # looks, so long apart, at which nothing has come of a peer's names
 
 
 class Reunion:
@@ -41,6 +46,8 @@ class Reunion:
         self._began: dict[str, float] = {}
         self._given_up: set[str] = set()
         self._unheard = Unheard()
+        self.known: Callable[[], set[str]] | None = None  # the sessions whose names have come
+        self._nameless: Counter[str] = Counter()
         self._gathered_at: float | None = None
         self._lock = threading.Lock()
         self._watching = False
@@ -143,15 +150,30 @@ class Reunion:
         others = (look.at_hub or set()) - linked - {str(self._session.zid())}
         for peer in others - self._lost.keys() - self._given_up:
             self._lost[peer] = LostHere(peer, 0.0)
+        self._doubt(look, linked)
+
+    def _doubt(self, look: Look, linked: set[str]) -> None:
+        """Close the links with those whose names do not come, though the hub has them."""
+        if self.known is None:
+            return
+        doubtful = (look.owners & linked) - self.known()
+        self._nameless = Counter({peer: self._nameless[peer] + 1 for peer in doubtful})
+        if doubtful:
+            self._gathered_at = time.monotonic() + GATHERING
+        self._close({peer for peer in doubtful if self._nameless[peer] % NAMELESS == 0})
+
+    def _close(self, peers: set[str]) -> bool:
+        """Close all links with some; return whether there was one."""
+        links = [link for link in self._session.info.links() if str(link.zid) in peers]
+        ends = [(endpoint_address(link.src), endpoint_address(link.dst)) for link in links]
+        return sum(close_connection(own, other) for own, other in ends) > 0
 
     def _rejoin(self) -> bool:
         """Leave the hub, unless it has just been joined; Zenoh joins it again."""
         routers = set(map(str, self._session.info.routers_zid()))
-        links = [link for link in self._session.info.links() if str(link.zid) in routers]
         if any(time.monotonic() < self._began.get(router, 0.0) + GOSSIP for router in routers):
             return False
-        ends = [(endpoint_address(link.src), endpoint_address(link.dst)) for link in links]
-        return any(close_connection(own, other) for own, other in ends)
+        return self._close(routers)
 
 
 def stays_here(link: zenoh.Link) -> bool:

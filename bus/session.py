@@ -32,7 +32,8 @@ _SETTINGS = {
     "scouting/gossip/enabled": True,
     "transport/shared_memory/enabled": False,  # no gain below 4 KB, and it can lose silently
     "transport/link/tx/lease": int(1000 * LEASE),
-    "transport/unicast/open_timeout": 1000,
+    # less, and on a loaded machine Zenoh gives up links half open: it sends on them, and reads none
+    "transport/unicast/open_timeout": 10000,
     "open/return_conditions/connect_scouted": False,  # else up to 0.5 s; Node.ready meets the peers
     "connect/timeout_ms": -1,  # an absent hub is waited for in the background
     "connect/exit_on_failure": False,

@@ -1,8 +1,8 @@
 """New links of which nothing is read are closed; then they are made anew.
 
-On a loaded machine Zenoh now and then never begins to read a link (one of some hundred, where
-opening one takes seconds). It sends on it all the same and counts the other side as a peer for
-good, while all that the other side says waits in the kernel: which alone knows of it.
+On a loaded machine Zenoh now and then never begins to read a link, when opening it took longer
+than it allows. It sends on it all the same and counts the other side as a peer for good, while all
+that the other side says waits in the kernel, which alone knows of it.
 """
 
 import logging
@@ -52,5 +52,8 @@ class Unheard:
             return True
         mute = self._waits[ends] >= PATIENCE and close_connection(*ends)
         if mute:
-            logger.warning("Zenoh did not begin to read its link with %s:%d: made anew", *ends[1])
+            logger.warning(
+                "a link with %s:%d was made anew: %d bytes wait, nothing but %d was ever read",
+                *(*ends[1], waiting, read),
+            )
         return mute

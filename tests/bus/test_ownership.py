@@ -11,6 +11,7 @@ from bus import NameTaken, Node
 from bus.claims import Arbiter
 from bus.envelope import new_source
 from bus.introspection import wait_for_service
+from bus.lost import Look
 from bus.session import open_session
 from bus.testing import Process, eventually, free_port
 from bus.tokens import Owner, Token
@@ -147,4 +148,6 @@ def test_nodes_of_two_namespaces_share_a_hub_but_no_names(hub):
     ):
         one.ready()
         two.ready()
+        for node in (one, two):  # the hub tells each whose names are in its namespace
+            eventually(lambda node=node: Look(node.session).owners == {str(node.session.zid())})
         assert [owner.pid for owner in one.directory.services()] == [os.getpid()]
