@@ -3,6 +3,7 @@
 The verbs are imported when Ctrl-C is looked after: that takes a quarter of a second.
 """
 
+import os
 import sys
 from collections.abc import Callable
 from contextlib import redirect_stdout
@@ -16,6 +17,7 @@ INTERRUPTED = 130  # by Ctrl-C, as shells and typer say it
 def main() -> None:
     """Run one verb and leave with its exit status."""
     try:
+        _open_what_is_closed()
         use_one_thread()
         from deploy.completion import names_rejoined
 
@@ -24,6 +26,13 @@ def main() -> None:
     except KeyboardInterrupt:
         status = INTERRUPTED
     sys.exit(status)
+
+
+def _open_what_is_closed() -> None:
+    """Write what would go to a stream that our caller has closed to nobody."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  # for our life
 
 
 def run(arguments: list[str]) -> int:
