@@ -31,6 +31,7 @@ from deploy.verbs import (
 
 app = typer.Typer(
     help="A sense of touch for humanoid robots, as processes on a message bus.",
+    no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},

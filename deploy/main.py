@@ -5,9 +5,6 @@ The verbs are imported when Ctrl-C is looked after: that takes a quarter of a se
 
 import os
 import sys
-from collections.abc import Callable
-from contextlib import redirect_stdout
-from typing import Any
 
 from deploy.one_thread import use_one_thread
 
@@ -43,10 +40,11 @@ def run(arguments: list[str]) -> int:
     from deploy.errors import CommandError
 
     try:
-        if not arguments:
-            return _show_help(app)
         return app(args=arguments, prog_name="wrenchbus", standalone_mode=False) or 0
     except typer.TyperException as error:
+        if not arguments:
+            print(error.format_message(), file=sys.stderr)  # the help
+            return error.exit_code
         return _complain(error.format_message(), error.exit_code)
     except CommandError as error:
         return _complain(str(error), error.exit_code)
@@ -56,13 +54,6 @@ def run(arguments: list[str]) -> int:
         if not _is_bus_error(error):
             raise
         return _complain(str(error), 1)
-
-
-def _show_help(app: Callable[..., Any]) -> int:
-    """Nothing was asked: say what can be, on standard error."""
-    with redirect_stdout(sys.stderr):
-        app(args=["--help"], prog_name="wrenchbus", standalone_mode=False)
-    return 2
 
 
 def _complain(message: str, code: int) -> int:
