@@ -31,7 +31,9 @@ def _hint(entry: dict[str, Any]) -> Any:
 
 def _field(entry: dict[str, Any]) -> Any:
     metadata = {"unit": entry["unit"], "frame": entry["frame"]}
-    if is_array(entry):
+    if not is_array(entry):
+        metadata |= {"optional": not entry.get("required", True)}
+    else:
         metadata |= {"shape": tuple(entry["shape"]), "dtype": entry["type"]}
         metadata |= {"optional": entry["optional"]}
         if not entry["optional"]:

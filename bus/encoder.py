@@ -130,7 +130,8 @@ class Encoder:
             constant = (valid, reason, kept, constant[3])
         table = {f.name: flag.tolist() for f, flag in zip(self._flags, flags, strict=True)}
         for field, value in zip(self._scalars, scalars, strict=True):
-            table[field.name] = field.check(value)
+            if value is not None or not field.optional:  # else the reader takes its default
+                table[field.name] = field.check(value)
         packed = pack((bool(valid), str(reason), self._model, table))
         self._middle = packed[1:] + form.layout
         self._constant = constant

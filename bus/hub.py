@@ -10,7 +10,7 @@ import zenoh
 from bus import runtime_directory
 from bus.claims import Arbiter
 from bus.errors import BusError
-from bus.logs import BusLog
+from bus.logs import LEVELS, BusLog
 from bus.node import Node
 from bus.session import open_session
 from bus.signals import stop_flag
@@ -38,7 +38,7 @@ def arguments() -> argparse.ArgumentParser:
         "--state", metavar="DIR", help="where connections are kept for good (default: this user's)"
     )
     parser.add_argument("--no-announce", action="store_true", help="leave the runtime directory be")
-    parser.add_argument("--log-level", default="WARNING")
+    parser.add_argument("--log-level", default="warning", type=str.lower, choices=LEVELS)
     return parser
 
 
@@ -82,7 +82,10 @@ def _state(options: argparse.Namespace) -> Path | None:
 def main() -> int:
     """Run the command; return its exit status."""
     stop_flag.install()  # from here on a signal ends the process with status 0
-    options = arguments().parse_args()
+    parser = arguments()
+    options = parser.parse_args()
+    if options.listen.endswith(":0"):
+        parser.error(f"--listen: expected a certain port, which others find, got {options.listen}")
     logging.basicConfig(
         level=options.log_level.upper(), format="%(levelname)s %(name)s: %(message)s"
     )

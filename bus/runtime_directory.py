@@ -30,12 +30,25 @@ def directory() -> Path:
 def announce(
     endpoint: str, namespace: str = "", dashboard_url: str = "", insecure: bool = False
 ) -> Path:
-    """Write this process's entry (a second call replaces it); return its file."""
-    folder = directory()
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    name = re.sub(r"[^A-Za-z0-9]+", "-", endpoint)
-    file = folder / f"{os.getpid()}-{name}.json"
+    """Write this process's entry (a second call replaces it); return its file.
+
+    Raises:
+        BusError: It cannot be written.
+    """
     entry = Entry(endpoint, namespace, os.getpid(), dashboard_url, time.time(), insecure)
+    try:
+        return _write(entry, directory())
+    except OSError as error:
+        raise BusError(
+            f"cannot tell others of the bus in {directory()}: {error.strerror};"
+            " expected a folder of yours, set XDG_RUNTIME_DIR"
+        ) from None
+
+
+def _write(entry: Entry, folder: Path) -> Path:
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    name = re.sub(r"[^A-Za-z0-9]+", "-", entry.endpoint)
+    file = folder / f"{entry.pid}-{name}.json"
     temporary = file.with_suffix(".tmp")
     temporary.write_text(json.dumps(entry._asdict()))
     temporary.replace(file)  # a reader sees the old entry or the new one, never half of one

@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from bus.configuration import ConfigurationError, load
 from bus.errors import BusError
-from bus.logs import BusLog
+from bus.logs import LEVELS, BusLog, level_of
 from bus.node import Node
 from bus.parameters import Parameters
 from bus.signals import stop_flag
@@ -93,12 +93,13 @@ def parser(name: str, module: str = "") -> argparse.ArgumentParser:
     add("--namespace", help="prefix of all keys")
     add("--insecure", action="store_true", help="allow other machines without protection")
     add("--take-over", action="store_true", help="take the names from a process that has them")
-    add("--log-level", default="warning", help="debug, info, warning or error")
+    level = {"type": str.lower, "choices": LEVELS, "help": ", ".join(LEVELS)}
+    add("--log-level", default="warning", metavar="LEVEL", **level)
     return result
 
 
 def _prepare(log_level: str) -> None:
-    level = logging.getLevelNamesMapping().get(log_level.upper(), logging.WARNING)
+    level = level_of(log_level)
     line = "%(levelname)s %(name)s: %(message)s"
     logging.basicConfig(stream=sys.stderr, level=level, format=line)
     for handler in logging.getLogger().handlers:

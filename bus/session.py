@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import re
 from collections.abc import Iterable
 from ipaddress import ip_address
 from pathlib import Path
@@ -24,6 +25,8 @@ LOOPBACK = "tcp/127.0.0.1:0"
 # One of Zenoh's threads waits for the links and reads them. By default two take turns in
 # reading and a third one waits: every message then wakes one thread more, a third of its cost.
 _RUNTIME = "(rx: (worker_threads: 1), net: (handover: rx), acc: (handover: rx))"
+
+_SOURCE_LINE = re.compile(r" at \S+\.rs:\d+\.?")  # which Zenoh adds for its own developers
 
 _unprotected: list[str] = []  # endpoints of this process that leave the machine
 
@@ -73,7 +76,8 @@ def open_session(
             config.insert_json5(key, json.dumps(value))
         session = zenoh.open(config)
     except (zenoh.ZError, ValueError, OSError) as error:
-        raise BusError(f"cannot open the bus ({', '.join(endpoints)}): {error}") from error
+        why = _SOURCE_LINE.sub("", str(error))
+        raise BusError(f"cannot open the bus ({', '.join(endpoints)}): {why}") from error
     look_after_links(session, LEASE)
     return session
 

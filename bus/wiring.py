@@ -67,9 +67,17 @@ def disconnect(
     return _ask_owner(node, "disconnect", source, sink, timeout)
 
 
-def forget(node: Node, source: str, sink: str, timeout: float = 2.0) -> None:
-    """Let the hub forget what was wished of a connection; the present one stays as it is."""
+def forget(node: Node, source: str, sink: str, timeout: float = 2.0) -> dict[str, Any]:
+    """Let the hub forget what was wished of a connection; return ``{"sink", "sources"}``.
+
+    The present connection stays as it is.
+
+    Raises:
+        BusError: A name is no output's or input's, or the hub does not answer.
+    """
+    _check_names(source, sink)
     _wish(node, ["forget", sink, source], timeout)
+    return _connected(sink, _standing(node, timeout, sink)[0])
 
 
 def connections(node: Node, timeout: float = 2.0) -> list[Connection]:

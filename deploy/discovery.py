@@ -58,14 +58,27 @@ def require_service(node: Node, name: str) -> dict[str, Any]:
     raise UsageError(f"no service {name}{hint}; ready are: {', '.join(ready) or 'none'}")
 
 
+def require_rpc_port(node: Node, name: str) -> None:
+    """Make sure that an RPC port stands.
+
+    Raises:
+        UsageError: There is no such port, or it is none that can be asked.
+    """
+    require_port(node, name)
+    token = node.directory.owner(name)
+    if token is not None and token.direction != "rpc":
+        own = f"/{token.owner.service}/rpc:i"
+        raise UsageError(f"{name} is an {token.direction}, expected an RPC port such as {own}")
+
+
 def rpc_port(node: Node, name: str) -> str:
     """Return the RPC port of a service, or the name itself when it is a port's.
 
     Raises:
-        UsageError: There is no such service or port.
+        UsageError: There is no such service or RPC port.
     """
     if name.startswith("/"):
-        require_port(node, name)
+        require_rpc_port(node, name)
         return name
     require_service(node, name)
     return f"/{name}/rpc:i"

@@ -3,6 +3,7 @@
 The verbs are imported when Ctrl-C is looked after: that takes a quarter of a second.
 """
 
+import os
 import sys
 
 from deploy.one_thread import use_one_thread
@@ -13,6 +14,7 @@ INTERRUPTED = 130  # by Ctrl-C, as shells and typer say it
 def main() -> None:
     """Run one verb and leave with its exit status."""
     try:
+        _open_what_is_closed()
         use_one_thread()
         from deploy.completion import names_rejoined
 
@@ -21,6 +23,13 @@ def main() -> None:
     except KeyboardInterrupt:
         status = INTERRUPTED
     sys.exit(status)
+
+
+def _open_what_is_closed() -> None:
+    """Write what would go to a stream that our caller has closed to nobody."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  # for our life
 
 
 def run(arguments: list[str]) -> int:
@@ -33,6 +42,9 @@ def run(arguments: list[str]) -> int:
     try:
         return app(args=arguments, prog_name="wrenchbus", standalone_mode=False) or 0
     except typer.TyperException as error:
+        if not arguments:
+            print(error.format_message(), file=sys.stderr)  # the help
+            return error.exit_code
         return _complain(error.format_message(), error.exit_code)
     except CommandError as error:
         return _complain(str(error), error.exit_code)

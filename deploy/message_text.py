@@ -82,11 +82,17 @@ class Composer:
         if array.size and array.dtype.kind not in {"numbers": "fiu", "booleans": "b"}[kind]:
             shape = ", ".join(map(str, entry["shape"]))
             raise UsageError(f"field {name}: expected {kind} shaped ({shape}), got {given!r:.60}")
-        return array.astype(entry["type"])
+        return _in_shape(array, entry["shape"]).astype(entry["type"])
 
     def _existing(self) -> str:
         told = [f"{name} ({_describe(entry)})" for name, entry in self._fields.items()]
         return f"its fields are: {', '.join(told) or 'none'}"
+
+
+def _in_shape(array: np.ndarray, declared: list[int | str]) -> np.ndarray:
+    """Return an empty list as the empty array that was meant: text has one for all shapes."""
+    sizes = [0 if isinstance(d, str) else d for d in declared]
+    return array.reshape(sizes) if array.shape == (0,) and 0 in sizes else array
 
 
 def _bytes(name: str, given: str) -> bytes:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from functools import wraps
 from inspect import Parameter, signature
+from math import isfinite
 from typing import Annotated, Any, NamedTuple
 
 import typer
@@ -90,12 +91,13 @@ def on_the_bus(verb: Callable[..., None]) -> Callable[..., None]:
     @wraps(verb)
     def command(connection: Connection, **arguments: Any) -> None:
         from bus import BusError  # the wire is not loaded for --help
+        from deploy.errors import UsageError
         from deploy.session import open_bus
 
         with open_bus(connection, take_over=arguments.get("take_over", False)) as node:
             try:
                 verb(node, **arguments)
-            except BusError:
+            except (BusError, UsageError):
                 if node.running:
                     raise
                 raise KeyboardInterrupt from None  # what was cut short is no news
@@ -115,6 +117,8 @@ def vector(text: str) -> tuple[float, float, float]:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
         raise typer.BadParameter(f"expected X,Y,Z such as 0,0,-15, got {text!r}") from None
+    if not all(map(isfinite, (x, y, z))):
+        raise typer.BadParameter(f"expected finite numbers, got {text!r}")
     return x, y, z
 
 

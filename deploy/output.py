@@ -9,6 +9,8 @@ from typing import Any
 
 import typer
 
+from deploy.errors import CommandError
+
 
 def print_json(value: Any) -> None:
     """Print one JSON document on one line, at once."""
@@ -36,9 +38,11 @@ def print_line(text: str) -> None:
     try:
         sys.stdout.write(text + "\n")
         sys.stdout.flush()
-    except BrokenPipeError:
+    except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the exit complains
-        raise typer.Exit(0) from None
+        if isinstance(error, BrokenPipeError):
+            raise typer.Exit(0) from None
+        raise CommandError(f"cannot write the output: {error.strerror}") from None
 
 
 def print_warning(text: str) -> None:

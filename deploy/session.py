@@ -46,7 +46,9 @@ def open_bus(
 def _meet_hub(node: Node, patience: float) -> None:
     deadline = time.monotonic() + patience
     while not list(node.session.info.routers_zid()):
-        if time.monotonic() > deadline or not node.running:
+        if not node.running:
+            raise KeyboardInterrupt
+        if time.monotonic() > deadline:
             raise CommandError(f"no hub answers at {node.endpoint}")
         time.sleep(0.005)
 

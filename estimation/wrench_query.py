@@ -92,7 +92,8 @@ class WrenchQuery:
     def _find(self, of: str) -> FoundWrench:
         kind, _, name = of.partition(":")
         if kind not in self._kinds:
-            raise LookupError(f"expected {', '.join(self._kinds)} and a name, got '{of}'")
+            kinds = ", ".join(self._kinds)
+            raise LookupError(f"expected KIND:NAME, KIND one of {kinds}, got '{of}'")
         find, names = self._kinds[kind]
         if name not in names:
             raise LookupError(f"no {kind} '{name}'{did_you_mean(name, names)}")

@@ -102,6 +102,7 @@ class PartState:
     ddq: Vector = array("p", unit="rad/s^2")
     motor_torque: Vector = array("p", unit="N m")
     joint_valid: Vector = flags("p")
+    motor_torque_valid: bool = scalar(default=True)
     delay: float = scalar(unit="s", default=0.0)
 
 
@@ -246,11 +247,12 @@ class Contacts:
     """Where the robot is touched.
 
     ``flags``: maps ``limb, state (none, contact, collision), probability, onset``
-    (onset in ns of the session's clock, 0 without contact; also ``force`` [N], and
-    ``statistic`` and ``threshold`` in standard deviations). ``body``: the same for the whole
-    body, empty while it is not judged.
-    ``hypotheses``: maps ``links, point (3) [m], force (3) [N], covariance (6x6;
-    point, force), probability``, best first, in the frame of the first link.
+    (onset in ns of the session's clock, 0 without contact; also ``force`` [N], ``valid``
+    with a ``reason`` when it is not, and ``statistic`` and ``threshold`` in standard
+    deviations). ``body``: the same for the whole body, empty while it is not judged.
+    ``hypotheses``: maps ``links, point (3) [m], force (3) [N], covariance (6x6; of
+    [point, force], m and N), probability``, best first, in the frame of the first link.
+    ``none_probability``: that no touch explains the data, 1 without a touch.
     """
 
     TYPE: ClassVar[str] = "Contacts/1"

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 
 from bus import BusError, Node
 from bus.introspection import port_info
+from deploy.clocks import look_at_clocks
 from deploy.discovery import all_ports
+from deploy.doctor.pace import LEAST, judge_clock, pace_of, wished_speed
 from deploy.doctor.result import Result, fail, ok, warn
 from deploy.errors import CommandError
 from deploy.options import Connection
@@ -14,7 +16,6 @@ from deploy.session import is_told, open_bus
 from deploy.verbs.status import services
 
 MEASURE = 1.5  # [s] between two looks at the counters
-LEAST = 0.9  # of the nominal rate
 
 
 def live_checks(connection: Connection) -> Iterator[Result]:
@@ -40,9 +41,13 @@ def _service(row: dict[str, Any]) -> Result:
 def _rates(node: Node) -> Iterator[Result]:
     outputs = [p for p in all_ports(node) if p["direction"] == "output" and p["nominal_hz"]]
     before = {port["name"]: _look(node, port["name"]) for port in outputs}
-    time.sleep(MEASURE)
-    for port in outputs:
-        yield _rate(port, before[port["name"]], _look(node, port["name"]))
+    clocks = look_at_clocks(node, MEASURE)
+    time.sleep(0.0 if clocks else MEASURE)
+    looks = [(port, before[port["name"]], _look(node, port["name"])) for port in outputs]
+    for row in clocks:
+        yield judge_clock(row, wished_speed(node, row["port"]))
+    for port, first, last in looks:
+        yield _rate(port, first, last, pace_of(port["name"], clocks))
 
 
 class Look(NamedTuple):
@@ -59,7 +64,8 @@ def _look(node: Node, name: str) -> Look:
     return Look(time.monotonic(), written, info.get("wanted_hz", info["nominal_hz"]))
 
 
-def _rate(port: dict[str, Any], before: Look, after: Look) -> Result:
+def _rate(port: dict[str, Any], before: Look, after: Look, pace: float) -> Result:
+    """Compare a port's rate with what its readers want; ``pace`` is simulated to wall time."""
     name = f"port {port['name']}"
     if before.written is None or after.written is None:
         return fail(name, f"its owner {port['owner']['service']} does not answer")
@@ -69,5 +75,7 @@ def _rate(port: dict[str, Any], before: Look, after: Look) -> Result:
     message = f"{hz:.0f} Hz, nominal {port['nominal_hz']:g} Hz"
     if after.wanted < port["nominal_hz"]:
         message += f", of which its readers want {after.wanted:g} Hz"
-    enough = LEAST * min(before.wanted, after.wanted)
+    if pace < LEAST:
+        message += f", at {pace:.2g} of real time"
+    enough = LEAST * pace * min(before.wanted, after.wanted)
     return ok(name, message) if hz >= enough else fail(name, message)

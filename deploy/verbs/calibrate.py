@@ -9,6 +9,7 @@ import typer
 
 from deploy.options import Json, Robot, at_most_one, on_the_bus
 from deploy.output import print_json, print_message, print_warning
+from deploy.verbs.robot import patience
 
 if TYPE_CHECKING:
     from bus import Node
@@ -67,11 +68,12 @@ def _record(
     node: "Node", seconds: float, quiet: float, motion: str, robot: str | None
 ) -> dict[str, Any]:
     if quiet:
-        node.call(DETECTOR, "tare", {"seconds": quiet}, timeout=2.0 * quiet + 10.0)
+        node.call(DETECTOR, "tare", {"seconds": quiet}, timeout=patience(quiet))
     with _moving(node, motion, robot):
         if not motion:
             print_warning(f"now move the robot for {seconds:g} s, and touch it nowhere")
-        return node.call(DETECTOR, "calibrate", {"seconds": seconds}, timeout=3.0 * seconds + 10.0)
+        request = {"seconds": seconds}
+        return node.call(DETECTOR, "calibrate", request, timeout=patience(seconds))
 
 
 @contextmanager

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from bus import Node, Received
 
 Measured = Annotated[float, typer.Option("--seconds", min=0.1, help="How long to measure.")]
+UNITS = {"period": "s", "acquired": "s", "sent": "s", "seconds": "s", "size": "B"}
 CLOCKS = "ages compare this machine's clock with the writer's: over machines, theirs must agree"
 
 
@@ -76,4 +77,10 @@ def _print(result: dict[str, Any], as_json: bool) -> None:
     if as_json:
         print_json(result)
     else:
-        print_table([result], list(result))
+        row = {_with_unit(name): value for name, value in result.items()}
+        print_table([row], list(row))
+
+
+def _with_unit(name: str) -> str:
+    unit = UNITS.get(name.partition("_")[0])
+    return f"{name} [{unit}]" if unit else name

@@ -47,13 +47,14 @@ def ping(
 
 
 def _rpc_port_of(node: "Node", name: str) -> str:
-    from deploy.discovery import rpc_port
+    from deploy.discovery import require_port, rpc_port
 
-    port = rpc_port(node, name)
-    token = node.directory.owner(port)
-    if token is None or token.direction == "rpc":
-        return port
-    return f"/{token.owner.service}/rpc:i"
+    if name.startswith("/"):
+        require_port(node, name)
+        token = node.directory.owner(name)
+        if token is not None and token.direction != "rpc":
+            return f"/{token.owner.service}/rpc:i"
+    return rpc_port(node, name)
 
 
 def _trip(node: "Node", port: str, timeout: float) -> float | None:

@@ -41,6 +41,8 @@ def info(
     print_line(f"nominal rate: {entry['nominal_hz']:g} Hz")
     if entry["sources"]:
         print_line(f"reads: {', '.join(entry['sources'])}")
+    for line in entry.get("description", "").strip().splitlines():
+        print_line(line.strip())
     if "fields" in entry:
         print_table(entry["fields"], ["name", "type", "shape", "unit", "frame", "optional"])
     if "max_message" in entry:

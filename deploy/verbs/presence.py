@@ -35,7 +35,11 @@ def exists(node: "Node", name: PortOrService, sink: Sink = None) -> None:
         return _found(node, name, sink)
 
     hear_all(node, found)
-    raise typer.Exit(0 if found() else 1)
+    if found():
+        return
+    if not node.running:
+        raise KeyboardInterrupt  # not all were heard
+    raise typer.Exit(1)
 
 
 @with_connection
@@ -91,7 +95,7 @@ def _wait(node: "Node", name: str, sink: str | None, deadline: float, trouble: s
         if time.monotonic() > deadline:
             raise CommandError(trouble)
         if not node.running:
-            raise typer.Exit(1)
+            raise KeyboardInterrupt
         time.sleep(0.005)
 
 

@@ -6,7 +6,7 @@ import typer
 
 from deploy.errors import CommandError
 from deploy.options import Json, Port, Seconds, on_the_bus
-from deploy.output import print_json, print_line
+from deploy.output import print_json, print_line, reader_gone
 
 if TYPE_CHECKING:
     from bus import Node, Received
@@ -55,9 +55,12 @@ def sample(
 
     entry = open_port(node, port, depth=1)
     received = next(messages(node, entry, timeout), None)
-    if received is None:
+    if received is not None:
+        _show(port, received, envelope, as_json)
+    elif not node.running:
+        raise KeyboardInterrupt
+    elif not reader_gone():
         raise CommandError(f"no message on {port} within {timeout:g} s")
-    _show(port, received, envelope, as_json)
 
 
 def _show(port: str, received: "Received", envelope: bool, as_json: bool) -> None:

@@ -106,7 +106,7 @@ def export(
 
     recording = _open(file)
     selection = Selection(recording, ports or (), start, end)
-    _make_way(out, force)
+    _make_way(file, out, force)
     write = export_npz if out.suffix == ".npz" else export_csv
     try:
         counts = write(selection, robots_of(recording), out)
@@ -143,7 +143,7 @@ def convert(
 
     recording = _open(file)
     selection = Selection(recording, ports or (), start, end)
-    _make_way(out, force)
+    _make_way(file, out, force)
     try:
         counts = write(recording, selection, robots_of(recording), out, rate, session_time)
     except OSError as error:
@@ -202,10 +202,12 @@ def _open(path: Path) -> "Recording":
     return Recording(path)
 
 
-def _make_way(out: Path, force: bool) -> None:
-    """Refuse to write over a file; remove it when that is asked for."""
+def _make_way(source: Path, out: Path, force: bool) -> None:
+    """Refuse to write over a file; remove it when that is asked for, unless it is read."""
     if not out.exists():
         return
+    if source.exists() and out.samefile(source):
+        raise UsageError(f"{out} is the input; expected another file for the output")
     if not force:
         raise UsageError(f"{out} exists already; --force replaces it")
     if not out.is_dir():
@@ -227,7 +229,7 @@ def _tell(out: Path, counts: dict[str, int], undecodable: dict[str, int], as_jso
 def _report(read: Any, source: Path, how: Any, out: Path, force: bool, as_json: bool) -> None:
     from robot_model.errors import DescriptionError
 
-    _make_way(out, force)
+    _make_way(source, out, force)
     try:
         summary = read(source, how, out)
     except DescriptionError as error:

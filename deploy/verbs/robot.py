@@ -13,6 +13,12 @@ if TYPE_CHECKING:
     from bus import Node
 
 TARED = ("torque_observer", "contact_detector")
+SLOWEST = 0.05  # of real time: a simulation in slow motion
+
+
+def patience(seconds: float) -> float:
+    """Return how long to wait for what takes some seconds of the robot's time [s]."""
+    return seconds / SLOWEST + 5.0
 
 
 class Frame(StrEnum):
@@ -92,7 +98,7 @@ def tare(
         requests: dict[str, dict[str, Any]] = {name: {"seconds": seconds} for name in TARED}
         if stance:
             requests["torque_observer"]["stance"] = stance
-        answers = _ask(node, requests, "tare", seconds + 5.0)
+        answers = _ask(node, requests, "tare", patience(seconds))
     if as_json:
         print_json(answers)
     else:

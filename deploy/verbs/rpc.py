@@ -28,9 +28,9 @@ def rpc(
     as_json: Json = False,
 ) -> None:
     """Send a request to a service and print the answer."""
-    from deploy.discovery import require_port
+    from deploy.discovery import require_rpc_port
 
-    require_port(node, port)
+    require_rpc_port(node, port)
     answer = node.call(port, verb, arguments(pairs or []), timeout=timeout)
     if as_json:
         print_json(answer)

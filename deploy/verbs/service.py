@@ -111,6 +111,8 @@ def _pids(node: "Node", service: str) -> list[int]:
 def _until(node: "Node", gone: Callable[[], bool], timeout: float, what: str) -> None:
     deadline = time.monotonic() + timeout
     while not gone():
-        if time.monotonic() > deadline or not node.running:
+        if not node.running:
+            raise KeyboardInterrupt
+        if time.monotonic() > deadline:
             raise CommandError(f"{what} is still there after {timeout:g} s")
         time.sleep(0.01)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from deploy.completion import complete_port
-from deploy.options import Json, on_the_bus
+from deploy.options import Json, at_most_one, on_the_bus
 from deploy.output import print_json, print_line, print_table
 
 if TYPE_CHECKING:
@@ -34,7 +34,11 @@ def connect(
     if not persist:
         require_port(node, source)
         require_port(node, sink)
-    _tell(connect_ports(node, source, sink, persist=persist), as_json)
+    result = connect_ports(node, source, sink, persist=persist)
+    if as_json or source in result["sources"]:
+        _tell(result, as_json)
+    else:
+        print_line(f"{sink} will read {source} whenever both stand")
 
 
 @on_the_bus
@@ -70,8 +74,9 @@ def disconnect(
     from bus.wiring import forget as forget_wish
     from deploy.discovery import require_port
 
+    at_most_one({"--persist": persist, "--forget": forget})
     if forget:
-        forget_wish(node, source, sink)
+        _tell(forget_wish(node, source, sink), as_json)
         return
     if not persist:
         require_port(node, sink)

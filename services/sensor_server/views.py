@@ -20,7 +20,8 @@ class Views:
         self._heard: list[tuple[Output, View]] = []
         self._written = 0
         for part, indices in robot.parts.items():
-            output = node.output(ports.name("state", robot, part), PartState, rate=rate)
+            name = ports.name("state", robot, part)
+            output = node.output(name, PartState, rate=rate, model=robot.model_hash)
             self._views.append((output, _state_view(robot, indices)))
         for part, indices in robot.part_sensors.items():
             if len(indices):
@@ -67,6 +68,7 @@ def _state_view(robot: Robot, indices: np.ndarray) -> View:
             ddq=frame.ddq[indices],
             motor_torque=frame.motor_torque[indices],
             joint_valid=frame.joint_valid[indices],
+            motor_torque_valid=frame.motor_torque_valid,
             delay=frame.delay,
         )
 

@@ -30,6 +30,13 @@ def announce_as(pid, endpoint, monkeypatch):
         return runtime_directory.announce(endpoint)
 
 
+def test_a_place_that_cannot_be_written_is_named_with_what_to_set(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "file"))
+    with pytest.raises(BusError, match="file/wrenchbus: Not a directory; .* set XDG_RUNTIME_DIR"):
+        runtime_directory.announce("tcp/127.0.0.1:9")
+
+
 def test_the_live_entry_is_found():
     file = runtime_directory.announce("tcp/127.0.0.1:9", "robot1", "http://127.0.0.1:1")
     entry = runtime_directory.find()

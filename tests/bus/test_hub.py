@@ -42,6 +42,20 @@ def flows(out, inp):
     eventually(lambda: inp.newest(), 30.0, "data after the hub's death")
 
 
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("--log-level", "loud"), "choose from 'debug', 'info'"),
+        (("--listen", "tcp/127.0.0.1:0"), "expected a certain port"),
+    ],
+)
+def test_a_wrong_option_of_the_hub_is_wrong_usage(words, expected):
+    done = subprocess.run(
+        [sys.executable, "-m", "bus.hub", *words], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 2 and expected in done.stderr
+
+
 def test_no_data_stop_when_the_hub_dies(own_hub, two):
     out, inp, reader = two
     flows(out, inp)

@@ -61,6 +61,8 @@ def test_a_wrong_file_is_named(tmp_path):
 def test_a_wrong_option_ends_with_two():
     result = run("--nonsense")
     assert result.returncode == 2 and "usage:" in result.stderr
+    result = run("--log-level", "loud")
+    assert result.returncode == 2 and "choose from 'debug', 'info'" in result.stderr
 
 
 def test_a_service_that_cannot_work_ends_with_one_and_one_line(hub):

@@ -29,12 +29,19 @@ def test_help_names_every_verb(capsys):
     assert all(f"  {verb} " in shown for verb in VERBS)
 
 
+def test_without_a_verb_the_help_is_shown_and_the_status_is_2(capsys):
+    assert run([]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == "" and "\n  read " in shown.err and "\n  push " in shown.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
         (["raed", "/x:o"], "'read'"),
         (["push", "chest"], "--force"),
         (["push", "chest", "--force", "1,2"], "expected X,Y,Z"),
+        (["push", "chest", "--force", "1,nan,0"], "finite"),
         (["push", "chest", "--force", "1,2,3", "--frame", "wrold"], "wrold"),
         (["up", "no_such.yaml"], "no application file no_such.yaml"),
         (["up", "dmo"], "did you mean demo?"),

@@ -133,7 +133,9 @@ def test_two_recordings_are_compared_port_by_port(recording, tmp_path, capsys):
     [
         (["info", "no_such.mcap"], 1, "no_such.mcap"),
         (["export", "{file}", "/icub/torque:o", "-o", "{out}.npz"], 2, "/icub/torques:o"),
-        (["export", "{file}", "-o", "{file}"], 2, "--force replaces it"),
+        (["export", "{file}", "-o", "."], 2, "--force replaces it"),
+        (["export", "{file}", "-o", "{file}", "--force"], 2, "is the input"),
+        (["convert", "{file}", "-o", "{file}", "--force"], 2, "is the input"),
         (["export", "{file}", "--from", "3", "--to", "2", "-o", "{out}"], 2, "--from before --to"),
         (["export", "{file}"], 2, "-o"),
         (["convert", "{file}", "-o", "/no/such/folder/x.mcap"], 1, "/no/such/folder"),

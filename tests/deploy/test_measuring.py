@@ -31,6 +31,19 @@ def test_delay_says_that_clocks_must_agree(verb):
     assert "must agree" in verb("delay", "--help").out
 
 
+@pytest.mark.parametrize(
+    ("name", "titles"),
+    [
+        ("hz", ("hz", "period_p50 [s]", "period_max [s]", "lost")),
+        ("bw", ("bytes_per_s", "size_p50 [B]", "seconds [s]")),
+        ("delay", ("acquired_p99 [s]", "sent_max [s]", "received")),
+    ],
+)
+def test_tables_of_what_flows_have_units(verb, name, titles):
+    first = verb(name, OUT, "--seconds", "0.1").out.splitlines()[0]
+    assert all(title in first for title in titles)
+
+
 def test_sample_prints_one_message_and_ends(verb):
     [line] = verb("sample", OUT, "--json").documents
     assert line["port"] == OUT and line["data"] == {"value": 0.0}

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from bus.decoder import Decoder
+from bus.encoder import Encoder
 from bus.schema import fields_of
 from deploy.errors import UsageError
 from deploy.message_text import Composer, read_fields
@@ -54,6 +56,18 @@ def test_lists_become_arrays_of_the_declared_kind(composer):
 def test_a_message_as_read_prints_it_can_be_written_again(composer):
     line = {"port": "/x:o", "envelope": {}, "data": GIVEN | REST | {"extra": None}}
     assert composer.compose(line).q.tolist() == [1.0, 2.0, 3.0]
+
+
+def test_what_is_left_out_is_left_to_the_reader_and_its_defaults(composer):
+    encoded = Encoder(composer.type, bytes(16)).encode(composer.compose(GIVEN), 1, 0, 0, 0, 0)
+    message, _ = Decoder(Mixed).decode(encoded)
+    assert (message.name, message.count, message.on, message.tags) == ("arm", 3, True, [])
+    assert message.extra is None
+
+
+def test_an_empty_list_is_an_empty_array_of_any_shape(composer):
+    message = composer.compose(GIVEN | {"q": [], "ft": [], "ok": []})
+    assert message.ft.shape == (0, 6) and message.q.shape == (0,)
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,14 @@ def test_read_notices_that_its_reader_went_though_nothing_comes(toy_bus):
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
+def test_a_full_disk_is_one_line_and_a_closed_output_is_none(toy_bus):
+    done = shell("wrenchbus list > /dev/full", toy_bus)
+    assert done.returncode == 1
+    assert done.stderr == "wrenchbus: cannot write the output: No space left on device\n"
+    done = shell("wrenchbus list >&-; wrenchbus nonsense 2>&-", toy_bus)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", "")
+
+
 def test_what_is_read_can_be_written_again(toy_bus):
     done = shell(f"wrenchbus read {OUT} -n 3 --json | wrenchbus write /toy/in:i", toy_bus)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

@@ -67,6 +67,11 @@ def test_info_tells_fields_units_and_statistics(ask):
     assert port["statistics"]["written"] >= 0
 
 
+def test_info_as_text_says_what_a_message_is(bus, capsys):
+    assert run(["info", PORT, "--connect", bus]) == 0
+    assert "\nWhere a beacon shines.\n" in capsys.readouterr().out
+
+
 def test_read_prints_one_line_per_message_with_all_fields(ask):
     status, lines = ask("read", PORT, "-n", "3")
     assert status == 0 and len(lines) == 3
@@ -92,6 +97,13 @@ def test_hz_measures_rate_and_losses(ask):
 
 def test_rpc_passes_arguments_and_prints_the_answer(ask):
     assert ask("rpc", "/beacon/rpc:i", "shine", "brightness=0.5") == (0, [{"brightness": 0.5}])
+
+
+@pytest.mark.parametrize("words", [("rpc", PORT), ("param", "list", PORT)])
+def test_a_port_that_cannot_be_asked_is_wrong_usage_at_once(words, bus, capsys):
+    assert run([*words, "--connect", bus]) == 2
+    shown = capsys.readouterr().err
+    assert f"{PORT} is an output, expected an RPC port such as /beacon/rpc:i" in shown
 
 
 def test_status_without_a_launcher_lists_the_ready_services(ask):

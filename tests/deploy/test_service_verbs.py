@@ -97,6 +97,16 @@ def test_connect_and_disconnect_change_who_reads_whom(verb, toy_bus):
         assert verb("disconnect", "/other/out:o", IN).status == 1
 
 
+def test_a_wish_is_forgotten_and_the_present_connection_stays(verb):
+    verb("connect", "/later/out:o", IN, "--persist")
+    forget = ("disconnect", "/later/out:o", IN, "--forget")
+    [told] = verb(*forget, "--json").documents
+    assert told == {"sink": IN, "sources": ["/test/out:o", "/later/out:o"]}
+    assert verb("disconnect", "/later/out:o", IN).status == 0
+    assert verb(*forget).out == f"{IN} reads /test/out:o\n"
+    assert verb(*forget, "--persist").status == 2
+
+
 def test_connect_tells_near_names_and_types_that_differ(verb):
     result = verb("connect", "/toy/uot:o", IN)
     assert result.status == 2 and f"did you mean {OUT}" in result.err

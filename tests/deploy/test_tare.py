@@ -2,6 +2,8 @@
 
 import pytest
 
+from deploy.verbs.robot import patience
+from robot_sim.config import SimConfig
 from tests.deploy.answering import answering
 
 TARES = {"file": "/state/icub.json", "in_use": "", "tares": [], "message": "no tare is stored"}
@@ -40,6 +42,13 @@ def test_tare_lists_chooses_and_reverts_what_the_observer_stores(verb, toy_bus):
         ("use_tare", {"date": "2026-01"}),
         ("revert_tare", {}),
     ]
+
+
+def test_the_answer_is_awaited_in_the_slowest_motion_too():
+    slowest = 0.05
+    assert SimConfig(speed=slowest) and patience(2.0) > 2.0 / slowest
+    with pytest.raises(ValueError):
+        SimConfig(speed=0.9 * slowest)
 
 
 @pytest.mark.parametrize("words", [("--list", "--revert"), ("--use", "x", "--list")])

@@ -112,7 +112,7 @@ def test_joints_between_two_contacts_feel_the_one_beyond_them(robot, state):
 @pytest.mark.parametrize(
     ("of", "text"),
     [
-        ("l_hand", "expected contact, subtree, sensor, joint, link and a name, got 'l_hand'"),
+        ("l_hand", "expected KIND:NAME, KIND one of contact, subtree"),
         ("link:l_hnad", "did you mean 'l_hand'"),
         ("contact:l_hand", "no contact 'l_hand'"),
     ],

@@ -160,7 +160,9 @@ def test_a_view_is_written_only_while_somebody_listens(bench, frames, client, ro
             ("inertial", Inertial, "/icub/inertial:o"),
         )
     )
-    view = until_received(bench, state).data
+    received = until_received(bench, state)
+    view = received.data
+    assert received.envelope.model == robot.model_hash and view.motor_torque_valid
     assert view.joints == [robot.joints[i] for i in robot.parts["left_arm"]]
     np.testing.assert_allclose(view.q, robot.home[robot.parts["left_arm"]])
     assert until_received(bench, ft).data.sensors == ["l_arm_ft"]
