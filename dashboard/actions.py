@@ -19,7 +19,8 @@ from .replay_bar import PLAYER
 
 ANSWER = 2.0  # [s] within which a service that only switches something has answered
 FINISHING = 10.0  # [s] for the recorder to finish its file
-MEASURING = 3.0  # [s] more than a tare's own time
+MEASURING = 3.0  # [s] more than a tare's own time,
+SLOWEST = 5.0  # which is the robot's, so many times longer in slow motion
 
 
 class Actions:
@@ -108,7 +109,7 @@ class Actions:
     def _tare(self, click: Click) -> None:
         seconds = self._config.tare_seconds
         for service in ("torque_observer", "contact_detector"):
-            port, limit = ports.rpc(service), seconds + MEASURING
+            port, limit = ports.rpc(service), SLOWEST * seconds + MEASURING
             self._send(click, f"tare {service}", port, "tare", {"seconds": seconds}, limit)
         self._show(click, f"tare: measuring for {seconds:g} s", GREEN)
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from bus import Node
 
 DETECTOR = "/contact_detector/rpc:i"
+SLOWEST, SOON = 5.0, 10.0  # times; s. The seconds are the robot's, in slow motion they last longer
 
 
 class What(StrEnum):
@@ -67,11 +68,13 @@ def _record(
     node: "Node", seconds: float, quiet: float, motion: str, robot: str | None
 ) -> dict[str, Any]:
     if quiet:
-        node.call(DETECTOR, "tare", {"seconds": quiet}, timeout=2.0 * quiet + 10.0)
+        node.call(DETECTOR, "tare", {"seconds": quiet}, timeout=SLOWEST * quiet + SOON)
     with _moving(node, motion, robot):
         if not motion:
             print_warning(f"now move the robot for {seconds:g} s, and touch it nowhere")
-        return node.call(DETECTOR, "calibrate", {"seconds": seconds}, timeout=3.0 * seconds + 10.0)
+        return node.call(
+            DETECTOR, "calibrate", {"seconds": seconds}, timeout=SLOWEST * seconds + SOON
+        )
 
 
 @contextmanager

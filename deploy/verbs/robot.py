@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from bus import Node
 
 TARED = ("torque_observer", "contact_detector")
+SLOWEST, SOON = 5.0, 5.0  # times; s. The seconds are the robot's, in slow motion they last longer
 
 
 class Frame(StrEnum):
@@ -92,7 +93,7 @@ def tare(
         requests: dict[str, dict[str, Any]] = {name: {"seconds": seconds} for name in TARED}
         if stance:
             requests["torque_observer"]["stance"] = stance
-        answers = _ask(node, requests, "tare", seconds + 5.0)
+        answers = _ask(node, requests, "tare", SLOWEST * seconds + SOON)
     if as_json:
         print_json(answers)
     else:
