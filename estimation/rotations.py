@@ -88,11 +88,6 @@ def rows_of(quaternion: Quaternion) -> list[list[float]]:
     ]
 
 
-def rotation_vector(vector: np.ndarray) -> np.ndarray:
-    """Return the rotation matrix (3, 3) of a rotation vector (3,) [rad] (Rodrigues)."""
-    return pin.exp3(vector)
-
-
 def rotation_of(quat_wxyz: np.ndarray) -> np.ndarray:
     """Return the matrix (3, 3) of a quaternion wxyz (4,), normalised here."""
     return np.array(rows_of(tuple(quat_wxyz.tolist())))

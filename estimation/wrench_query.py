@@ -8,6 +8,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from estimation.contact_set import numbered
+from estimation.dependencies import Validity
 from estimation.found_wrenches import FoundWrench, FoundWrenches
 from estimation.observer_covariance import ObserverNoise
 from estimation.torque_observer import TorqueObserver
@@ -56,7 +57,7 @@ class WrenchQuery:
         source: Array | None = None,
     ):
         self._found = found = FoundWrenches(observer, noise, sample, source)
-        self.estimate, robot = found.estimate, observer.robot
+        self.estimate, self._observer, robot = found.estimate, observer, observer.robot
         self._kinds: dict[str, tuple[Callable[[int], FoundWrench], list[str]]] = {
             "contact": (found.contact, numbered([c.frame for c in observer.contacts])),
             "subtree": (found.subtree, [subtree.name for subtree in robot.subtrees]),
@@ -89,15 +90,43 @@ class WrenchQuery:
         undecided = found.patterns[sizes > NEGLIGIBLE] @ to.T
         return ToldWrench(to @ found.wrench, frame, errors @ errors.T, undecided)
 
-    def _find(self, of: str) -> FoundWrench:
+    def why_invalid(self, validity: Validity, of: str, frame: str = "", axes: str = "") -> str:
+        """Return what a wrench lacks in a sample of which not all is valid, "" for nothing.
+
+        A link, and frame and axes in which a wrench is told, count as their sub-trees do;
+        arguments as those of ``wrench``.
+        """
+        if validity.complete:
+            return ""
+        kind, row = self._row(of)
+        own = {"joint": validity.torque_reasons, "sensor": validity.prediction_reasons}
+        reasons = [own[kind][row]] if kind in own else []
+        subtrees = [self._subtree(kind, row)] if kind not in own else []
+        subtrees += [self._observer.robot.subtree_of(place) for place in (frame, axes) if place]
+        reasons += [validity.subtree_reasons[i] for i in subtrees]
+        return next(filter(None, reasons), "")
+
+    def _subtree(self, kind: str, row: int) -> int:
+        """Index of the sub-tree of a contact or a link, or itself."""
+        if kind == "contact":
+            return self._observer.contacts[row].subtree
+        if kind == "link":
+            return self._observer.robot.subtree_of(self._kinds[kind][1][row])
+        return row
+
+    def _row(self, of: str) -> tuple[str, int]:
         kind, _, name = of.partition(":")
         if kind not in self._kinds:
             kinds = ", ".join(self._kinds)
             raise LookupError(f"expected KIND:NAME, KIND one of {kinds}, got '{of}'")
-        find, names = self._kinds[kind]
+        names = self._kinds[kind][1]
         if name not in names:
             raise LookupError(f"no {kind} '{name}'{did_you_mean(name, names)}")
-        return find(names.index(name))
+        return kind, names.index(name)
+
+    def _find(self, of: str) -> FoundWrench:
+        kind, row = self._row(of)
+        return self._kinds[kind][0](row)
 
     def _place(self, frame: str, axes: str, point: ArrayLike | None) -> pin.SE3:
         place = self._found.place(frame)

@@ -127,6 +127,7 @@ def _frames(description: Description, urdf: Urdf) -> Iterator[str]:
     uses += [("root_subtree.default_frame", description.root_subtree.default_frame)]
     uses += [("imus", row.name) for row in description.imus]
     uses += [(f"soles.{name}", name) for name in description.soles]
+    uses += [("touchable_links", name) for name in description.touchable_links]
     for kind, frames in description.supports.items():
         uses += [(f"supports.{kind}", name) for name in frames]
     for row in description.ft_sensors:

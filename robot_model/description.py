@@ -111,6 +111,7 @@ class Description(Strict):
     imu_ranges: dict[str, InertialRange] = {}
     supports: dict[str, list[str]] = {}
     soles: dict[str, list[tuple[float, float, float]]] = {}  # m, in the support frame
+    touchable_links: list[str] = []  # pushed by the touch benchmark; none: all with a surface
 
 
 def known_robots() -> list[str]:

@@ -63,6 +63,7 @@ def _assemble(description: Description, urdf: Urdf, file: Path, package_dirs: li
         supports={kind: tuple(frames) for kind, frames in description.supports.items()}
         | {"none": ()},
         soles={frame: np.array(corners) for frame, corners in description.soles.items()},
+        touchable_links=tuple(description.touchable_links),
         home=np.array([row.home for row in rows]),
         position_lower=lower,
         position_upper=upper,

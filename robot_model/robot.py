@@ -57,6 +57,7 @@ class Robot:
     board_kp: np.ndarray  # (n,) N m/rad
     board_kd: np.ndarray  # (n,) N m s/rad
     inertial: Mapping[str, InertialSensor] = field(default_factory=dict)  # by name
+    touchable_links: tuple[str, ...] = ()  # that a benchmark pushes; none: all with a surface
 
     @property
     def n(self) -> int:

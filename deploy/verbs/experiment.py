@@ -43,8 +43,9 @@ def experiment(
     variant: Annotated[
         Names,
         typer.Option(
-            help="touch: usual, exact_masses, untared, friction, gain, "
-            "friction_calibrated, gain_calibrated, apart or together; repeatable; default: drawn."
+            help="touch: usual, exact_masses, untared, friction, gain, calibrated, "
+            "exact_masses_calibrated, friction_calibrated, gain_calibrated, apart or together; "
+            "repeatable; default: drawn."
         ),
     ] = None,
     method: Annotated[

@@ -68,7 +68,7 @@ class LimbMonitor:
 
     def learn(self, quiet: Array) -> None:
         """Set thresholds from the largest statistics of a quiet period, (s,)."""
-        self._quiet = self.levels.margin * quiet
+        self._quiet = quiet
         self._set_thresholds()
 
     def calibrate(self, threshold: Array) -> None:
@@ -82,7 +82,7 @@ class LimbMonitor:
         self._set_thresholds()
 
     def _set_thresholds(self) -> None:
-        learnt = np.maximum(self._quiet, self.calibrated)
+        learnt = np.maximum(self.levels.margin * self._quiet, self.calibrated)
         self.threshold = np.maximum(self.levels.contact, learnt)
         self._eta: list[float] = self.threshold.tolist()
 

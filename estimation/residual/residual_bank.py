@@ -1,6 +1,7 @@
 """All residuals of a robot, with what is valid, their offsets and their thresholds."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from estimation.residual.residuals import FloatingResiduals
 from estimation.saturation import faults_by_name
 from robot_model import Robot
 from robot_model.messages import Residuals, SensorFrame
+from robot_model.names import did_you_mean
 
 Array = np.ndarray
 
@@ -19,7 +21,8 @@ Array = np.ndarray
 class ResidualSettings:
     """Gains in 1/s, floors of the thresholds in N m, N and N m."""
 
-    internal_gain: float = 25.0
+    internal_gain: float = 25.0  # of all joints ...
+    joint_gains: Mapping[str, float] = field(default_factory=dict)  # ... but of these
     external_gain: float = 25.0
     classical: bool = False  # also on the floor, where it is wrong inside (R section II-C)
     sigmas: float = 6.0
@@ -45,20 +48,35 @@ class ResidualBank:
         self._fixed = None if is_measured(robot, support) else FixedBaseResidual(robot)
         self._floating = None if self._fixed else FloatingResiduals(robot, support)
         self._sensors = [robot.subtrees[robot.subtree_of(f)].ft_in for f in robot.supports[support]]
+        self._offset, self._spread = np.zeros((2, 6 + 2 * n))  # external, internal, classical
         self.configure(settings)
-        self._offset = np.zeros(6 + 2 * n)  # external, internal, classical
-        self._threshold = self._floor()
         self._flags = (False, False, False)  # external, internal, classical
         self._stamp: int | None = None
         self.reason = "no sample yet"
 
     def configure(self, settings: ResidualSettings) -> None:
-        """Change gains without a jump."""
+        """Change gains without a jump, and thresholds.
+
+        Raises:
+            LookupError: A gain of a joint that the robot does not have; nothing has changed.
+        """
+        gains = self._joint_gains(settings)
         self.settings = settings
+        self._set_thresholds()
         if self._floating is not None:
-            self._floating.set_gains(settings.internal_gain, settings.external_gain)
+            self._floating.set_gains(gains, settings.external_gain)
         if self._fixed is not None:
-            self._fixed.set_gain(settings.internal_gain)
+            self._fixed.set_gain(gains)
+
+    def _joint_gains(self, settings: ResidualSettings) -> Array:
+        """Return the gain of every joint, (n,) 1/s."""
+        joints, gains = self.robot.joints, np.full(self.robot.n, settings.internal_gain)
+        for name, gain in settings.joint_gains.items():
+            if name not in joints:
+                hint = did_you_mean(name, joints)
+                raise LookupError(f"joint_gains: {self.robot.name} has no joint '{name}'{hint}")
+            gains[joints.index(name)] = gain
+        return gains
 
     def reset(self) -> None:
         """Start again from zero with the next sample; offsets stay."""
@@ -162,8 +180,8 @@ class ResidualBank:
 
     def tare(self, quiet: Quiet) -> None:
         """Take offsets and thresholds from the statistics of a quiet period."""
-        self._offset = quiet.residual_mean.copy()
-        self._threshold = np.maximum(self._floor(), self.settings.sigmas * quiet.residual_std)
+        self._offset, self._spread = quiet.residual_mean.copy(), quiet.residual_std.copy()
+        self._set_thresholds()
 
     @property
     def offset(self) -> Array:
@@ -201,7 +219,8 @@ class ResidualBank:
         """Whether any residual is valid."""
         return any(self._flags)
 
-    def _floor(self) -> Array:
+    def _set_thresholds(self) -> None:
         settings = self.settings
         base = np.repeat([settings.force_floor, settings.moment_floor], 3)
-        return np.concatenate((base, np.full(2 * self.robot.n, settings.internal_floor)))
+        floor = np.concatenate((base, np.full(2 * self.robot.n, settings.internal_floor)))
+        self._threshold = np.maximum(floor, settings.sigmas * self._spread)

@@ -18,6 +18,7 @@ FORCES = 5.0, 40.0  # N
 KINDS = ("ramp", "tap", "press")
 ODDS = (0.45, 0.3, 0.25)
 HOLD = 0.7  # s at full force, of ramps and presses
+HIDDEN = -1  # sub-tree of the points that are not pushed
 STEADY = 0.05  # m, how far a push may move the centre of pressure of a standing robot
 
 
@@ -52,6 +53,7 @@ class TouchPush:
 class PushGenerator:
     """Draws pushes on what can be touched and seen.
 
+    Those are the ``touchable_links`` of the description, or all links that have a surface.
     Every sub-tree is equally likely, and within it every exposed square centimetre.
     Left out are the sub-trees of the supports, below whose sensors nothing is seen:
     the feet of a standing robot, the root of one on a pole; and the feet there too.
@@ -61,9 +63,16 @@ class PushGenerator:
         self._robot = robot
         self._surface = robot.load_surface()
         owner = np.array([robot.subtree_of(body.name) for body in self._surface.bodies])
+        owner[~self._touchable()] = HIDDEN
         self._owner = owner[self._surface.body]
         self._homes = _home_placements(robot)
         self._bearing = STEADY * GRAVITY * robot.mass  # N m
+
+    def _touchable(self) -> Array:
+        """Which bodies of the surface are pushed, (b,) bool."""
+        robot, names = self._robot, [body.name for body in self._surface.bodies]
+        chosen = {robot.frame(link)[0] for link in robot.touchable_links or names}
+        return np.array([name in chosen for name in names], dtype=bool)
 
     def subtrees(self, base: str) -> list[int]:
         """Indices of the sub-trees that are pushed."""
@@ -72,7 +81,7 @@ class PushGenerator:
             self._robot.subtree_of(frame)
             for support in supports
             for frame in self._robot.supports.get(support, ())
-        }
+        } | {HIDDEN}
         return [i for i in np.unique(self._owner).tolist() if i not in hidden]
 
     def draw(self, random: np.random.Generator, subtree: int, base: str) -> TouchPush:

@@ -28,6 +28,7 @@ HEADER = {
     "point_90": "90 % ",
     "force": "force [N]",
     "force_90": " 90 %",
+    "step": "step [ms]",
     "locate": "locate [ms]",
 }
 SHARES = {"early", "detected", "limb", "first", "among_three", "given", "right", "flagged"}

@@ -1,6 +1,6 @@
 """Settings of the contact detector."""
 
-from typing import Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -10,6 +10,8 @@ from estimation.contact.row_covariance import RowNoise
 from estimation.residual.residual_bank import ResidualSettings
 from robot_model.service_config import RobotServiceConfig
 
+Gain = Annotated[float, Field(gt=0.0)]  # 1/s
+
 
 class _Group(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -18,8 +20,9 @@ class _Group(BaseModel):
 class ResidualConfig(_Group):
     """Gains and thresholds of the residuals."""
 
-    internal_gain: float = Field(default=25.0, gt=0.0)  # 1/s
-    external_gain: float = Field(default=25.0, gt=0.0)  # 1/s
+    internal_gain: Gain = 25.0
+    joint_gains: dict[str, Gain] = {}
+    external_gain: Gain = 25.0
     classical: bool = False
     sigmas: float = Field(default=6.0, gt=0.0)
     internal_floor: float = Field(default=0.3, gt=0.0)  # N m
@@ -85,6 +88,12 @@ class ContactDetectorConfig(RobotServiceConfig):
     tare: TareConfig = TareConfig()
     calibration: CalibrationConfig = CalibrationConfig()
     inputs: dict[str, str] = {}
+    FIXED: ClassVar[tuple[str, ...]] = (
+        *RobotServiceConfig.FIXED,
+        "inputs",
+        "rate",
+        "locate_rate",
+    )
 
     def detector_settings(self) -> DetectorSettings:
         """Return the settings of the mathematics."""

@@ -220,13 +220,15 @@ class ContactService:
         if new.support not in self._robot.supports:
             known = ", ".join(self._robot.supports)
             raise ValueError(f"{self._robot.name} has no support '{new.support}'; it has: {known}")
-        self._config = new
+        old.check_change(new)
         if new.support != old.support or new.noise != old.noise or new.tare != old.tare:
+            self._config = new
             self.rebuild()
             self._restart()
         else:
             self._bank.configure(new.residual_settings())
             self.detector.configure(new.detector_settings())
+            self._config = new
 
     def status(self) -> dict[str, Any]:
         """Return the state of service, tare and thresholds."""

@@ -1,6 +1,6 @@
 """Settings of the sensor server."""
 
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
@@ -107,3 +107,10 @@ class SensorServerConfig(RobotServiceConfig):
     command: CommandConfig = CommandConfig()
     replay: ReplayConfig = ReplayConfig()
     inputs: dict[str, str] = {}
+    FIXED: ClassVar[tuple[str, ...]] = (
+        *RobotServiceConfig.FIXED,
+        "driver",
+        "rate",
+        "replay",
+        "inputs",
+    )

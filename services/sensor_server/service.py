@@ -71,6 +71,7 @@ class SensorServer:
         return not self._valid or bool(self._driver.silence)
 
     def _configure(self, old: SensorServerConfig, new: SensorServerConfig) -> None:
+        old.check_change(new)
         if (new.filter, new.ft) != (old.filter, old.ft):
             self.frames.configure(new)
         self.commands.configure(new)

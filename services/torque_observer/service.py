@@ -142,9 +142,10 @@ class ObserverService:
         self, of: str, frame: str = "", axes: str = "", point: list[float] | None = None
     ) -> dict[str, Any]:
         """Return a wrench of the last sample with its covariance; see `WrenchQuery`."""
-        told = self._observation.query().wrench(of, frame, axes, point)
-        last, validity = self._last, self._observation.validity
+        query, last = self._observation.query(), self._last
+        told = query.wrench(of, frame, axes, point)
         assert last is not None
+        reason = last.reason or query.why_invalid(self._observation.validity, of, frame, axes)
         return {
             "of": of,
             "frame": told.frame,
@@ -156,8 +157,8 @@ class ObserverService:
             "decided": not len(told.undecided),
             "undecided": told.undecided.tolist(),
             "stamp": last.stamp,
-            "valid": validity.complete and last.valid,
-            "reason": last.reason or validity.reason,
+            "valid": last.valid and not reason,
+            "reason": reason,
         }
 
     def status(self) -> dict[str, Any]:

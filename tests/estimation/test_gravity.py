@@ -1,10 +1,11 @@
 """Gravity compensation: balance on paper, and the standing robot with it."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from estimation.gravity import GravityCompensator, LoadSharing
-from estimation.rotations import rotation_of, rotation_vector
+from estimation.rotations import rotation_of
 from estimation.support_wrenches import share_support, sole_box
 from robot_sim import Plant
 
@@ -56,7 +57,7 @@ def test_after_a_push_the_compensated_robot_comes_back(robot):
 @pytest.mark.parametrize("tilt", [np.zeros(3), np.array([0.03, -0.05, 2.0])])
 def test_support_wrenches_hold_the_base_and_press_inside_the_soles(robot, tilt):
     compensator = GravityCompensator(robot, "floor", SHARING_TIME)
-    result = compensator.step(robot.home, rotation_vector(tilt), None, 0.01)
+    result = compensator.step(robot.home, pin.exp3(tilt), None, 0.01)
     up = result.support_wrench[:, 2]
     assert up.sum() == pytest.approx(robot.mass * 9.81, rel=0.01)
     for frame, wrench in zip(compensator.supports, result.support_wrench, strict=True):

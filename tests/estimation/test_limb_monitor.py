@@ -51,6 +51,13 @@ def test_a_noisy_quiet_period_raises_a_threshold_and_a_calm_one_does_not_lower_i
     np.testing.assert_array_equal(monitor.threshold, [6.0, 15.0])
 
 
+def test_another_margin_moves_thresholds_at_once() -> None:
+    monitor = LimbMonitor(("arm", "leg"), Levels(contact=6.0))
+    monitor.learn(np.array([1.0, 10.0]))
+    monitor.configure(Levels(contact=6.0, margin=2.0))
+    np.testing.assert_array_equal(monitor.threshold, [6.0, 20.0])
+
+
 def test_at_the_threshold_the_odds_are_even() -> None:
     probability = [contact_probability(value, 6.0) for value in (0.0, 6.0, 40.0)]
     assert probability[0] < 1e-6

@@ -5,6 +5,7 @@ import pinocchio as pin
 import pytest
 
 from estimation.contact_set import Touch
+from estimation.dependencies import ChannelDependencies
 from estimation.graph.enhanced_graph import enhanced_graph
 from estimation.graph.graph_dynamics import GraphWrenches, remaining_wrench, solve_wrenches
 from estimation.graph.graph_kinematics import FrameMotion, solve_kinematics
@@ -107,6 +108,24 @@ def test_joints_between_two_contacts_feel_the_one_beyond_them(robot, state):
         wrench = query.wrench(f"joint:{name}")[0]
         torque = query.estimate.torque[robot.joints.index(name)]
         assert wrench[3:] @ axis[name] == pytest.approx(torque, abs=1e-8)
+
+
+def test_a_lost_sensor_makes_invalid_what_depends_on_it_alone(robot, query):
+    ft = np.array([name != "l_arm_ft" for name in robot.ft_sensors])
+    joints, imu = np.ones(robot.n, dtype=bool), np.ones(1, dtype=bool)
+    dependencies = ChannelDependencies(TorqueObserver(robot).graph)
+    validity = dependencies.validity(joints, ft, imu)
+
+    def lost(*of):
+        return query.why_invalid(validity, *of) == "no data from l_arm_ft"
+
+    invalid = ("contact:l_hand_dh_frame", "subtree:root", "sensor:l_arm_ft", "joint:l_elbow")
+    assert all(lost(of) for of in (*invalid, "link:l_hand"))
+    valid = ("contact:l_sole", "subtree:r_arm", "sensor:r_arm_ft", "joint:r_elbow", "link:r_foot")
+    assert [query.why_invalid(validity, of) for of in valid] == [""] * 5
+    assert lost("contact:l_sole", "l_hand") and not lost("contact:l_sole", "r_hand", "r_foot")
+    whole = dependencies.validity(joints, ft | True, imu)
+    assert query.why_invalid(whole, "contact:l_hand_dh_frame") == ""
 
 
 @pytest.mark.parametrize(

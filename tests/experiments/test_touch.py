@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from deploy.main import run as command
 from experiments.touch import run
 from experiments.touch.cases import contact_free_case, pushed_case
 from experiments.touch.conditions import MIX, VARIANTS, Condition, drawn
@@ -77,6 +78,15 @@ def test_pushes_press_into_the_surface_of_links_that_are_seen(
         near = mine[np.linalg.norm(surface.points[mine] - push.point, axis=1) < 0.02]
         inward = -surface.normals[near] @ push.force / push.size
         assert inward.max() > np.cos(1.5 * CONE)
+
+
+def test_the_description_says_which_links_are_pushed(robot: Robot) -> None:
+    chosen = replace(robot, touchable_links=("head", "l_hand", "r_sole"))
+    generator = PushGenerator(chosen)
+    names = {robot.subtrees[i].name for i in generator.subtrees("free")}
+    assert names == {"root", "l_arm"}  # a foot is never pushed
+    cases = [pushed_case(generator, chosen, 3, index) for index in range(20)]
+    assert {case.pushes[0].link for case in cases} <= {"head", "l_hand"}
 
 
 def test_two_contacts_are_where_the_variant_says(robot: Robot, generator: PushGenerator) -> None:
@@ -169,6 +179,12 @@ def test_a_line_that_was_cut_off_is_dropped(tmp_path: Path) -> None:
 def test_what_does_not_exist_is_refused(robot: Robot, options: dict) -> None:
     with pytest.raises(ValueError, match="must be one of"):
         run(robot, 1, 1, **options)
+
+
+def test_the_help_of_the_command_names_every_variant(capsys: pytest.CaptureFixture) -> None:
+    assert command(["experiment", "--help"]) == 0
+    shown = capsys.readouterr().out
+    assert all(name in shown for name in VARIANTS)
 
 
 def test_every_variant_of_the_mixture_exists() -> None:

@@ -105,6 +105,7 @@ def test_every_mismatch_is_named_in_one_error(variant):
         description["imus"] = ["fingre"]
         description["supports"]["floor"] = ["sole"]
         description["soles"]["hand"] = [[0, 0, 0]]
+        description["touchable_links"] = ["hnad"]
         description["rotor_blocks"][0]["matrix"] = [[1.0, 0.0], [0.0]]
         description["ft_sensors"][0]["part"] = "arn"
         description["ft_sensors"][0]["subtree"] = "root"
@@ -118,6 +119,7 @@ def test_every_mismatch_is_named_in_one_error(variant):
         "locked_joints: unknown moving joint 'grab'",
         "imus: unknown URDF link or frame 'fingre'; did you mean 'finger'?",
         "supports.floor: unknown URDF link or frame 'sole'",
+        "touchable_links: unknown URDF link or frame 'hnad'; did you mean 'hand'?",
         "soles.hand is not the frame of a support",
         "soles.hand: expected at least 3 corners, got 1",
         "matrix has rows of lengths [2, 1], expected 2 rows of 2",

@@ -205,6 +205,29 @@ def test_on_the_pole_the_classical_residual_serves(bench: Bench, recording: Reco
     assert not residuals.data.valid_external
 
 
+def test_thresholds_and_gains_of_the_residuals_change_while_it_runs(
+    tared: Bench, recording: Recording
+) -> None:
+    settings = tared.node.parameters
+    settings.set("residuals.internal_floor", 2.5)
+    settings.set("residuals.joint_gains", {"l_elbow": 50.0})
+    frames = later(recording.quiet[:10], 2.0)
+    tared.feed(frames)
+    residuals = tared.residuals(stamped(frames[-1][0])).data
+    assert residuals.valid_internal and residuals.threshold_internal.min() == 2.5
+    with pytest.raises(LookupError, match="no joint 'l_elbwo'"):
+        settings.set("residuals.joint_gains", {"l_elbwo": 50.0})
+    assert settings.get("residuals.joint_gains") == {"l_elbow": 50.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("lockstep", True), ("rate", 100.0), ("inputs", {"sensors": "/x:o"})]
+)
+def test_what_cannot_change_while_it_runs_is_refused(bench: Bench, name: str, value: Any) -> None:
+    with pytest.raises(ValueError, match=f"{name} cannot be changed while the service runs"):
+        bench.node.parameters.set(name, value)
+
+
 def test_a_support_that_the_robot_does_not_have_is_refused(bench: Bench) -> None:
     with pytest.raises(ValueError, match="support"):
         bench.node.parameters.set("support", "ceiling")

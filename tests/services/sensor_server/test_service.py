@@ -290,6 +290,12 @@ def test_live_settings_change_filter_and_limits(bench, frames, client, robot):
     assert asked(bench, client, "param", action="get", name="filter.delay") == 0.01
 
 
+@pytest.mark.parametrize(("name", "value"), [("driver", "replay"), ("rate", 500.0)])
+def test_what_cannot_change_while_it_runs_is_refused(bench, name, value):
+    with pytest.raises(ValueError, match=f"{name} cannot be changed while the service runs"):
+        bench.node.parameters.set(name, value)
+
+
 @pytest.mark.parametrize("method", ["adaptive", "kalman"])
 def test_another_method_is_chosen_live_and_states_its_delay(bench, frames, client, method):
     positions = {"dq": None, "ddq": None, "imu_dgyro": None}
