@@ -60,7 +60,7 @@ class Output:
         self._now = now or (lambda: (time.time_ns(), WALL))
         self._lock = threading.Lock()
         self._meter = Meter()
-        self._stream = Stream(session, key_of(name), reliable)
+        self._stream = Stream(session, key_of(name), reliable, large=max_message > MAX_MESSAGE)
         self._thinned = ThinnedStream(session, stream_key(name, "thinned")) if self.owned else None
         self._bundled = BundledStream(session, stream_key(name, "bundled")) if self.owned else None
 

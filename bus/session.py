@@ -43,6 +43,8 @@ _SETTINGS = {
     "connect/retry": {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 2},
     "transport/link/tx/queue/size/real_time": 16,  # with 2, express and DROP lose under load
     "transport/link/tx/queue/size/data_high": 16,  # bundles
+    "transport/link/tx/queue/size/data": 16,  # large messages, in pieces of 64 KB
+    "transport/link/tx/queue/size/interactive_high": 16,  # reliable ones, likewise
     # a reader that does not take a reliable message within 20 ms is disconnected, not waited for
     "transport/link/tx/queue/congestion_control/block/wait_before_close": 20000,
     "transport/link/rx/max_message_size": MAX_MESSAGE,

@@ -15,12 +15,15 @@ class Stream:
 
     Args:
         reliable: Wait at most 20 ms for a full link, instead of dropping.
+        large: Messages may be so large that small ones of other ports pass them on the link.
     """
 
-    def __init__(self, session: zenoh.Session, key: str, reliable: bool = False):
+    def __init__(
+        self, session: zenoh.Session, key: str, reliable: bool = False, large: bool = False
+    ):
         self.matched = False
         self.seq = 0
-        self._publisher = self._declare(session, key, reliable)
+        self._publisher = self._declare(session, key, reliable, large)
         self._listener = self._publisher.declare_matching_listener(
             Callback(self._on_matching, indirect=False)
         )
@@ -38,8 +41,9 @@ class Stream:
         self._publisher.undeclare()
 
     @staticmethod
-    def _declare(session: zenoh.Session, key: str, reliable: bool) -> zenoh.Publisher:
-        control, priority = zenoh.CongestionControl.DROP, zenoh.Priority.REAL_TIME
+    def _declare(session: zenoh.Session, key: str, reliable: bool, large: bool) -> zenoh.Publisher:
+        control = zenoh.CongestionControl.DROP
+        priority = zenoh.Priority.DATA if large else zenoh.Priority.REAL_TIME
         if reliable:  # of its own priority, so that it cannot stall the others
             control, priority = zenoh.CongestionControl.BLOCK, zenoh.Priority.INTERACTIVE_HIGH
         return session.declare_publisher(
@@ -77,7 +81,7 @@ class BundledStream(Stream):
         self._size = 0  # bytes
 
     @staticmethod
-    def _declare(session: zenoh.Session, key: str, reliable: bool) -> zenoh.Publisher:
+    def _declare(session: zenoh.Session, key: str, reliable: bool, large: bool) -> zenoh.Publisher:
         """Its readers have time and may lose nothing: bundles share packets when a link is slow."""
         control, priority = zenoh.CongestionControl.DROP, zenoh.Priority.DATA_HIGH
         return session.declare_publisher(key, congestion_control=control, priority=priority)
