@@ -45,12 +45,7 @@ class ResidualChart:
         )
 
     def add(self, time: float, residuals: Residuals | None) -> None:
-        """Remember one sample; None where there is none that is fresh and valid.
-
-        The first one is there: a chart that begins with a gap draws nothing.
-        """
-        if residuals is None and self._residuals.empty:
-            return
+        """Remember one sample; None where there is none that is fresh and valid."""
         values = np.full(len(self._options), np.nan)
         thresholds = np.full(len(self._options), np.nan)
         if residuals is not None:
@@ -67,13 +62,17 @@ class ResidualChart:
         self._thresholds.clear()
 
     def draw(self) -> None:
-        """Send the chosen residual to the browsers."""
+        """Send the chosen residual to the browsers, from its first value on.
+
+        A chart that begins with a gap draws nothing.
+        """
         index = self._options.index(self._choice.value)
         ages, values = self._residuals.column(index)
-        if len(ages) < 2:
+        shown = np.maximum.accumulate(np.isfinite(values))
+        if shown.sum() < 2:
             return
         threshold = self._thresholds.column(index)[1]
-        self._plot.data = (ages, values, threshold, -threshold)
+        self._plot.data = ages[shown], values[shown], threshold[shown], -threshold[shown]
         self._label("N m" if index < self._joints or self._choice.value[-2] == "m" else "N")
 
     def _label(self, unit: str) -> None:

@@ -21,11 +21,6 @@ class History:
         self._values[self._next] = values
         self._next = (self._next + 1) % len(self._times)
 
-    @property
-    def empty(self) -> bool:
-        """Whether there is no sample."""
-        return bool(np.isnan(self._times[self._next - 1]))
-
     def clear(self) -> None:
         """Forget all samples."""
         self._times[:] = np.nan

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 SEEN = 2500  # [ms] for the places of the touch to be drawn likewise
 SETTLE = 3000  # [ms] for the meshes to be drawn in software
 TOUCHED = "document.getElementById('alarm')?.innerText.startsWith('contact: ')"
+STATUS_ABOVE = "document.getElementById('status').scrollIntoView({inline: 'nearest'})"
 LIVE = "document.getElementById('status')?.innerText.startsWith('live')"
 
 
@@ -82,6 +83,7 @@ def take(
                 choose(page, label, option)
         page.get_by_role("button", name="Push", exact=True).click()
         page.wait_for_function(TOUCHED, polling=100)
+        page.evaluate(STATUS_ABOVE)
         page.wait_for_timeout(SEEN)
         file.parent.mkdir(parents=True, exist_ok=True)
         page.screenshot(path=file)

@@ -180,8 +180,8 @@ def test_chart_leaves_a_gap_where_residuals_are_missing(server, robot, known):
 
 
 def test_chart_does_not_begin_with_a_gap(server, robot, known):
-    chart = ResidualChart(server.gui, robot, points=10, seconds=1.0)
-    for time, residuals in enumerate((None, known.residuals, known.residuals)):
+    chart = ResidualChart(server.gui, robot, points=3, seconds=1.0)  # the oldest one goes
+    for time, residuals in enumerate((known.residuals, None, known.residuals, known.residuals)):
         chart.add(float(time), residuals)
     chart.draw()
     assert not np.isnan(chart._plot.data[1]).any() and len(chart._plot.data[1]) == 2
