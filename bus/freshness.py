@@ -62,6 +62,7 @@ class Freshness:
         self._clock = clock
         self._exists = exists
         self._arrival = 0  # monotonic [ns], 0 before the first
+        self._came = 0  # likewise, of what is too late, too
         self._opened = time.monotonic_ns()
         self._lateness = Lateness()
 
@@ -71,7 +72,7 @@ class Freshness:
         What comes very late was kept for us by the system while we were stopped: fresh
         data are behind it.
         """
-        envelope = received.envelope
+        envelope, self._came = received.envelope, received.arrival
         self._lateness.arrived(envelope.source, envelope.sent, received.arrival)
         if self._lateness.seconds > TOO_LATE and not self._clock.lockstep:
             return False
@@ -109,7 +110,7 @@ class Freshness:
         if self.fresh:
             return ""
         name = " or ".join(self.names)
-        if self._late:
+        if self._late and (time.monotonic_ns() - self._came) * 1e-9 <= self.limit:
             return f"data on {name} come {self._lateness.seconds * 1e3:.0f} ms late"
         if self._arrival:
             return f"no data on {name} for {self.silence * 1e3:.0f} ms"

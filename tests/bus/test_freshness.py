@@ -94,6 +94,8 @@ def test_old_news_is_not_fresh_although_it_has_just_come(now):
     freshness.arrived(message(now[0] - 1.9, now[0]))
     assert not freshness.fresh
     assert freshness.reason == "data on /w/x:o come 1900 ms late"
+    now[0] += 0.5  # and then none at all
+    assert freshness.reason == "no data on /w/x:o for 2500 ms"
     freshness.arrived(message(now[0] - 0.001, now[0]))
     assert freshness.fresh and freshness.reason == ""
 
