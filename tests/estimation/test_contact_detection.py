@@ -1,7 +1,7 @@
-"""Detection on a robot that moves, rubs and is measured wrongly, or is hardly touched."""
+"""Detection of touches that begin, fade, last and lift the heels, on a robot that stands."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -9,73 +9,15 @@ import pytest
 
 from estimation.contact.body_evidence import body_evidence
 from estimation.contact.contact_calibration import likeliest_variances
-from estimation.contact.contact_detector import ContactDetector, DetectorSettings
-from estimation.contact.quiet_period import Quiet, QuietPeriod
-from estimation.contact.row_covariance import RowNoise
 from estimation.contact.support_watch import SupportWatch
-from estimation.sensor_pipeline import SensorPipeline
 from robot_model import Robot
 from robot_model.messages import SensorFrame
-from robot_sim import Plant
-from robot_sim.motions import Motion, Sinusoid
-
-EVERY = 4  # ticks of 1 ms between frames
-Frames = list[tuple[int, SensorFrame]]  # stamp [ns], frame
-SWAY = {  # shifts 100 N from foot to foot, and turns torso, neck and arms
-    "l_hip_roll": Sinusoid(amplitude=0.03, frequency=0.5),
-    "l_ankle_roll": Sinusoid(amplitude=0.03, frequency=0.5),
-    "r_hip_roll": Sinusoid(amplitude=0.03, frequency=0.5, phase=np.pi),
-    "r_ankle_roll": Sinusoid(amplitude=0.03, frequency=0.5, phase=np.pi),
-    "torso_yaw": Sinusoid(amplitude=0.1, frequency=0.4),
-    "neck_yaw": Sinusoid(amplitude=0.25, frequency=0.6),
-    "l_elbow": Sinusoid(amplitude=0.25, frequency=0.5),
-    "r_shoulder_pitch": Sinusoid(amplitude=0.25, frequency=0.7),
-}
-PUSH = {"link": "r_upper_leg", "force": [0.0, -15.0, 0.0]}
-
-
-@dataclass(frozen=True)
-class Recording:
-    """A robot at rest, swaying, swaying on, and pushed while it sways."""
-
-    rest: Frames
-    reference: Frames
-    free: Frames
-    pushed: Frames
-
-
-class Recorder:
-    """A standing plant with exact sensors."""
-
-    def __init__(self, robot: Robot, profile: str = "ideal"):
-        self.plant, self._pipeline = Plant(robot, profile=profile), SensorPipeline(robot)
-        self._record(2000)
-
-    def record(self, seconds: float) -> Frames:
-        return list(self._record(round(seconds * 1000)))
-
-    def _record(self, ticks: int) -> Frames:
-        frames = []
-        for tick in range(ticks):
-            self.plant.step()
-            if tick % EVERY == EVERY - 1:
-                frames.append(
-                    (self.plant.time, self._pipeline.step(self.plant.raw(), self.plant.time))
-                )
-        return frames
-
-
-@pytest.fixture(scope="module")
-def rubbing(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    """Half a newton metre of Coulomb friction in every joint, which nobody knows of."""
-    profile = tmp_path_factory.mktemp("profiles") / "rubbing.yaml"
-    profile.write_text("{derivatives: true, coulomb: 1.0}")
-    recorder = Recorder(replace(robot, coulomb=np.full(robot.n, 0.5)), str(profile))
-    rest = recorder.record(0.4)
-    recorder.plant.motion(Motion("sway", SWAY))
-    reference, free = recorder.record(5.0), recorder.record(3.0)
-    recorder.plant.push(PUSH["link"], np.zeros(3), np.array(PUSH["force"]), frame="world")
-    return Recording(rest, reference, free, recorder.record(0.4))
+from tests.estimation.standing_recordings import (
+    Frames,
+    Recorder,
+    tared,
+    watch,
+)
 
 
 @pytest.fixture(scope="module")
@@ -86,179 +28,6 @@ def still(robot: Robot) -> tuple[Frames, Frames]:
     recorder.plant.push("l_forearm", np.zeros(3), np.array([0.0, 0.0, -10.0]), profile="ramp")
     recorder.record(1.6)
     return rest, recorder.record(0.4)
-
-
-def tared(robot: Robot, rest: Frames, settings: DetectorSettings | None = None) -> ContactDetector:
-    detector = ContactDetector(robot, settings=settings)
-    quiet = QuietPeriod(robot.joints)
-    for stamp, frame in rest:
-        detector.step(frame, stamp)
-        add(quiet, detector, frame)
-    detector.tare(quiet.finish())
-    return detector
-
-
-def add(period: QuietPeriod, detector: ContactDetector, frame: SensorFrame) -> None:
-    rows = detector.untared_rows
-    wrenches = detector.rows.wrenches(rows)
-    period.add(frame, rows, detector.rows.predicted, wrenches, np.zeros(0), detector.tared_rows)
-
-
-def alarms(detector: ContactDetector, frames: Frames) -> Iterator[set[str]]:
-    """Yield the names of the flags that are raised, frame by frame."""
-    for stamp, frame in frames:
-        flags = [*detector.step(frame, stamp), detector.body]
-        yield {flag.limb for flag in flags if flag.state != "none"}
-
-
-def watch(detector: ContactDetector, frames: Frames) -> set[str]:
-    """Return the names of all flags that are raised."""
-    return set().union(*alarms(detector, frames))
-
-
-def record_motion(detector: ContactDetector, frames: Frames) -> Quiet:
-    motion = QuietPeriod(detector.robot.joints)
-    for stamp, frame in frames:
-        detector.step(frame, stamp)
-        add(motion, detector, frame)
-    return motion.finish(still=False)
-
-
-def misread(frames: Frames, gain: np.ndarray) -> Frames:
-    return [(stamp, replace(frame, ft=frame.ft * gain)) for stamp, frame in frames]
-
-
-def assert_calibration_ends_alarms(
-    robot: Robot, recording: Recording, settings: DetectorSettings | None = None
-) -> None:
-    detector = tared(robot, recording.rest, settings)
-    assert any(alarms(detector, recording.reference))  # before
-    detector = tared(robot, recording.rest, settings)
-    calibration = detector.calibrate(record_motion(detector, recording.reference))
-    detector.reset()
-    assert watch(detector, recording.free) == set()
-    assert {"r_leg", "body"} <= watch(detector, recording.pushed)
-    # a service that starts again has the calibration from a file, and its own tare
-    again = tared(robot, recording.rest, settings)
-    again.use(calibration)
-    assert watch(again, recording.free) == set()
-    assert {"r_leg", "body"} <= watch(again, recording.pushed)
-
-
-def test_unknown_friction_alarms_a_detector_that_trusts_torques_until_it_is_calibrated(
-    robot: Robot, rubbing: Recording
-) -> None:
-    trusting = DetectorSettings(noise=RowNoise(friction=0.05))
-    assert_calibration_ends_alarms(robot, rubbing, trusting)
-
-
-def test_friction_of_half_a_newton_metre_is_no_touch_by_default(
-    robot: Robot, rubbing: Recording
-) -> None:
-    assert watch(tared(robot, rubbing.rest), rubbing.free) == set()
-
-
-def test_wrong_gains_of_the_force_sensors_alarm_until_they_are_calibrated(
-    robot: Robot, rubbing: Recording
-) -> None:
-    pieces = (rubbing.rest, rubbing.reference, rubbing.free, rubbing.pushed)
-    wrong = Recording(*(misread(each, wrong_gain()) for each in pieces))
-    assert_calibration_ends_alarms(robot, wrong, DetectorSettings(gain_error=0.0))
-
-
-def test_force_sensors_whose_gains_are_two_percent_wrong_do_not_alarm_by_default(
-    robot: Robot, rubbing: Recording
-) -> None:
-    detector = tared(robot, misread(rubbing.rest, wrong_gain()))
-    assert watch(detector, misread(rubbing.reference, wrong_gain())) == set()
-    assert {"r_leg", "body"} <= watch(detector, misread(rubbing.pushed, wrong_gain()))
-
-
-def wrong_gain() -> np.ndarray:
-    return 1.0 + 0.02 * np.random.default_rng(3).standard_normal((6, 6)).clip(-2.0, 2.0)
-
-
-def test_nobody_need_tell_that_the_encoders_of_a_swaying_robot_have_twelve_bits(
-    robot: Robot,
-) -> None:
-    recorder = Recorder(robot, "realistic_12bit")
-    detector = tared(robot, recorder.record(0.4))
-    recorder.plant.motion(Motion("sway", SWAY))
-    assert watch(detector, recorder.record(3.0)) == set()
-    recorder.plant.push(PUSH["link"], np.zeros(3), np.array(PUSH["force"]), frame="world")
-    assert {"r_leg", "body"} <= watch(detector, recorder.record(0.4))
-
-
-def test_floors_are_learnt_where_the_errors_are(robot: Robot, rubbing: Recording) -> None:
-    gain = np.ones((6, 6))
-    gain[4, :3] = 1.03  # of the left foot
-    detector = tared(robot, misread(rubbing.rest, gain), DetectorSettings(gain_error=0.0))
-    motion = record_motion(detector, misread(rubbing.reference, gain))
-    floor = np.sqrt(detector.calibrate(motion).floor)
-    forces = floor[detector.rows.layout.tree.cut_v][:, :3].max(axis=1)
-    assert forces[4] > 0.3
-    assert forces[:2].max() < 0.05  # the arms stay as sensitive as they were
-
-
-def friction_found(detector: ContactDetector, motion: Frames) -> dict[str, float]:
-    """What a calibration found, by joint [N m]."""
-    floor = detector.calibrate(record_motion(detector, motion)).floor
-    found = np.sqrt(floor[detector.rows.layout.tree.joint_v])
-    return dict(zip(detector.robot.joints, found.tolist(), strict=True))
-
-
-def test_a_calibration_finds_the_friction_of_the_joints_that_move(
-    robot: Robot, rubbing: Recording
-) -> None:
-    found = friction_found(tared(robot, rubbing.rest), rubbing.reference)
-    assert all(0.35 < found[joint] < 0.7 for joint in ("l_elbow", "neck_yaw", "torso_yaw"))
-    assert found["l_wrist_prosup"] >= 0.3  # it rested, so that friction is still expected
-
-
-@pytest.fixture(scope="module")
-def noisy(robot: Robot) -> tuple[Frames, Frames]:
-    """A robot of realistic sensors at rest, and swaying."""
-    recorder = Recorder(robot, "realistic")
-    rest = recorder.record(0.4)
-    recorder.plant.motion(Motion("sway", SWAY))
-    return rest, recorder.record(3.0)
-
-
-def test_a_calibration_finds_that_joints_do_not_rub(
-    robot: Robot, noisy: tuple[Frames, Frames]
-) -> None:
-    rest, motion = noisy
-    found = friction_found(tared(robot, rest), motion)
-    assert all(found[joint] < 0.1 for joint in SWAY)
-    assert found["l_wrist_prosup"] == pytest.approx(0.3)
-
-
-def test_a_calibration_sees_the_motion_as_the_detector_does(
-    robot: Robot, noisy: tuple[Frames, Frames]
-) -> None:
-    rest, motion = noisy
-    detector = tared(robot, rest)
-    calibration = detector.calibrate(record_motion(detector, motion))
-    detector.reset()
-    seen = 0.0
-    for stamp, frame in motion:
-        detector.step(frame, stamp)
-        seen = max(seen, detector.body.statistic)
-    margin = detector.settings.levels.margin
-    assert calibration.body_threshold == pytest.approx(margin * seen, rel=0.1)
-
-
-def test_biases_of_the_sensors_stay_in_their_axes_while_the_robot_moves(
-    robot: Robot, rubbing: Recording
-) -> None:
-    rng = np.random.default_rng(4)
-    bias = np.repeat([1.0, 0.03], 3) * rng.standard_normal((6, 6)).clip(-2.0, 2.0)
-
-    def biased(frames: Frames) -> Frames:
-        return [(stamp, replace(frame, ft=frame.ft + bias)) for stamp, frame in frames]
-
-    detector = tared(robot, biased(rubbing.rest))
-    assert watch(detector, biased(rubbing.free)) == set()
 
 
 def test_the_joint_statistic_is_the_largest_gain_of_a_wrench_on_any_body(
