@@ -214,10 +214,12 @@ class Arbiter:
         query.reply(query.key_expr, pack(peers))
 
     def _tell_owners(self, query: zenoh.Query) -> None:
-        query.reply(query.key_expr, pack(self.owners(str(query.key_expr).partition("@wb")[0])))
+        namespace = str(query.key_expr).partition("@wb")[0]
+        name = "" if query.payload is None else query.payload.to_bytes().decode(errors="replace")
+        query.reply(query.key_expr, pack(self.owners(namespace, name)))
 
-    def owners(self, namespace: str) -> list[str]:
-        """Return the sessions that have names in a namespace."""
+    def owners(self, namespace: str, name: str = "") -> list[str]:
+        """Return the sessions that have names in a namespace, or one name."""
         with self._lock:
             standing = [(place, list(tokens.values())) for place, tokens in self._standing.items()]
         return sorted(
@@ -225,7 +227,7 @@ class Arbiter:
                 token.owner.node
                 for place, tokens in standing
                 for token in tokens
-                if place == namespace + token.name
+                if place == namespace + token.name and name in ("", token.name)
             }
         )
 

@@ -43,10 +43,14 @@ class Look:
         """The peers that have names, as far as the hub answers."""
         return self._ask(OWNERS) or set()
 
-    def _ask(self, key: str) -> set[str] | None:
+    def owners_of(self, name: str) -> set[str]:
+        """Return the peers that have a name, as far as the hub answers."""
+        return self._ask(OWNERS, name.encode()) or set()
+
+    def _ask(self, key: str, payload: bytes = b"") -> set[str] | None:
         if not list(self._session.info.routers_zid()):
             return set()
-        request = Request(self._session, key, b"", ANSWER)
+        request = Request(self._session, key, payload, ANSWER)
         deadline = time.monotonic() + 2.0 * ANSWER
         while not request.done and time.monotonic() < deadline and is_used(self._session):
             request.wait(0.1)

@@ -17,6 +17,7 @@ from bus.information import InformationServer
 from bus.input import Input
 from bus.links import expect_names, settle
 from bus.lockstep import Participant
+from bus.lost import Look
 from bus.names import StreamKind, check_name
 from bus.output import MAX_MESSAGE, Output
 from bus.parameters import Parameters
@@ -267,6 +268,10 @@ class Node:
             "clock": self.clock.state,
             "stale": {port.name: port.reason for port in inputs if port.rate and port.reason},
         }
+
+    def stands(self, name: str) -> bool:
+        """Whether a port stands, as far as we see or the hub tells, who hears of it first."""
+        return self._exists(name) or bool(Look(self.session).owners_of(name))
 
     def acknowledge(self, stamp: int) -> None:
         """Acknowledge a stamp [ns] to the plant; does nothing unless in lockstep."""

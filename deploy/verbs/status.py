@@ -27,7 +27,7 @@ def services(node: "Node") -> list[dict[str, Any]]:
     from bus.introspection import list_services
 
     try:
-        return node.call("/launcher/rpc:i", "status", timeout=2.0)
+        return node.call("/launcher/rpc:i", "status")
     except RpcAbsent:
         ready = {"state": "ready", "ready": True, "restarts": None, "uptime_s": None}
         found = list_services(node)

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 import zenoh
 
+import bus.rpc
 from bus import Node, Pending, RpcAbsent, RpcError, RpcTimeout, call
+from bus.introspection import wait_for_port
 from bus.packing import pack
 from bus.testing import eventually
 from tests.bus.messages import Number
@@ -124,6 +126,20 @@ def test_an_absent_port_is_told_from_a_hung_one(server, node, hub):
         hung.ready()
         with pytest.raises(RpcTimeout, match=r"/hung/rpc:i status: no answer within 0.2 s"):
             node.call("/hung/rpc:i", "status", timeout=0.2)
+
+
+def test_a_port_of_which_only_the_hub_knows_yet_is_not_absent(server, node, monkeypatch):
+    """On a loaded machine a young session may be linked late with the owner."""
+    unreached = wait_for_port(node, PORT)._replace(name="/unreached/rpc:i")
+    monkeypatch.setattr(bus.rpc, "ABSENCE", 0.0)
+    monkeypatch.setattr(node.directory, "leader", lambda name: None)
+    with server.session.liveliness().declare_token(unreached.key()):
+        eventually(lambda: node.stands("/unreached/rpc:i"))
+        with pytest.raises(RpcTimeout, match=r"its owner was not reached within 0.2 s"):
+            node.call("/unreached/rpc:i", "status", timeout=0.2)
+    eventually(lambda: not node.stands("/unreached/rpc:i"))
+    with pytest.raises(RpcAbsent):
+        node.call("/unreached/rpc:i", "status", timeout=0.2)
 
 
 def test_a_server_that_does_not_own_its_name_yet_answers_nothing(server, node, hub):
