@@ -12,6 +12,7 @@ from deploy.completion import complete_either, complete_port, complete_service
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 Robot = Annotated[str | None, typer.Option("--robot", help="Robot name; default: the one alive.")]
+Description = Annotated[str, typer.Option("--robot", help="Robot name, or its description file.")]
 Port = Annotated[
     str, typer.Argument(help="Port, as /icub/torques:o.", autocompletion=complete_port)
 ]

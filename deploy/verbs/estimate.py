@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from deploy.errors import CommandError, UsageError
-from deploy.options import Json
+from deploy.options import Description, Json
 from deploy.output import print_json, print_line, print_warning
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def estimate(
         Path, typer.Argument(metavar="INPUT", help="A recording, or an npz of arrays.")
     ],
     out: Annotated[Path, typer.Option("-o", "--output", metavar="OUTPUT.npz", help="Written.")],
-    robot: Annotated[str, typer.Option(help="Robot name, or its description file.")] = "icub",
+    robot: Description = "icub",
     contact: Annotated[
         list[str] | None,
         typer.Option(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from deploy.errors import CommandError, UsageError
+from deploy.options import Description
 from deploy.output import print_json, print_line
 from deploy.progress import bar
 from deploy.terminal import clear, draw
@@ -14,51 +15,59 @@ if TYPE_CHECKING:
     from experiments.report import Report
 
 Names = list[str] | None
+Name = Annotated[
+    str,
+    typer.Argument(
+        metavar="NAME",
+        help="coverage, external_wrench, ft_prediction, kinematic_sources, residuals or touch.",
+    ),
+]
+Seed = Annotated[int, typer.Option(min=0, help="Equal seeds give equal results.")]
+Runs = Annotated[
+    int | None, typer.Option(min=0, help="How many runs, or pushes; default: its own.")
+]
+Document = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
+Folder = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", metavar="DIR", help="Folder for tables and figures."),
+]
+Physics = Annotated[
+    str | None, typer.Option(help="touch: mujoco or pinocchio; default: MuJoCo if installed.")
+]
+Profiles = Annotated[Names, typer.Option(help="touch: noise profile; repeatable; default: drawn.")]
+Variants = Annotated[
+    Names,
+    typer.Option(
+        help="touch: usual, exact_masses, untared, friction, gain, calibrated, "
+        "exact_masses_calibrated, friction_calibrated, gain_calibrated, apart or together; "
+        "repeatable; default: drawn."
+    ),
+]
+Methods = Annotated[Names, typer.Option(help="touch: surface, line or particle; repeatable.")]
+Hours = Annotated[
+    float | None, typer.Option(min=0.0, help="touch: hours of contact-free motion as well.")
+]
+Jobs = Annotated[int | None, typer.Option(min=1, help="touch: processes side by side.")]
+Index = Annotated[
+    int | None,
+    typer.Option("--draw", min=0, help="touch: repeat the run of this index, with a picture."),
+]
 
 
 def experiment(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME",
-            help="coverage, external_wrench, ft_prediction, kinematic_sources, residuals or touch.",
-        ),
-    ],
-    robot: Annotated[str, typer.Option(help="Robot name, or its description file.")] = "icub",
-    seed: Annotated[int, typer.Option(min=0, help="Equal seeds give equal results.")] = 1,
-    runs: Annotated[
-        int | None, typer.Option(min=0, help="How many runs, or pushes; default: its own.")
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Folder for tables and figures."),
-    ] = None,
-    physics: Annotated[
-        str | None, typer.Option(help="touch: mujoco or pinocchio; default: MuJoCo if installed.")
-    ] = None,
-    profile: Annotated[
-        Names, typer.Option(help="touch: noise profile; repeatable; default: drawn.")
-    ] = None,
-    variant: Annotated[
-        Names,
-        typer.Option(
-            help="touch: usual, exact_masses, untared, friction, gain, calibrated, "
-            "exact_masses_calibrated, friction_calibrated, gain_calibrated, apart or together; "
-            "repeatable; default: drawn."
-        ),
-    ] = None,
-    method: Annotated[
-        Names, typer.Option(help="touch: surface, line or particle; repeatable.")
-    ] = None,
-    hours: Annotated[
-        float | None, typer.Option(min=0.0, help="touch: hours of contact-free motion as well.")
-    ] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="touch: processes side by side.")] = None,
-    index: Annotated[
-        int | None,
-        typer.Option("--draw", min=0, help="touch: repeat the run of this index, with a picture."),
-    ] = None,
+    name: Name,
+    robot: Description = "icub",
+    seed: Seed = 1,
+    runs: Runs = None,
+    json: Document = False,
+    output: Folder = None,
+    physics: Physics = None,
+    profile: Profiles = None,
+    variant: Variants = None,
+    method: Methods = None,
+    hours: Hours = None,
+    jobs: Jobs = None,
+    index: Index = None,
 ) -> None:
     """Repeat an experiment of the papers in simulation; prints how far estimates are off.
 

@@ -7,11 +7,12 @@ import typer
 
 from deploy.errors import CommandError, UsageError
 from deploy.graph_picture.view import View
+from deploy.options import Description
 from deploy.output import print_line
 
 
 def graph(
-    robot: Annotated[str, typer.Option(help="Robot name, or its description file.")] = "icub",
+    robot: Description = "icub",
     contact: Annotated[
         list[str] | None,
         typer.Option(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from deploy.errors import UsageError
-from deploy.options import Connection, Insecure, Seconds, with_connection
+from deploy.options import Connection, Description, Insecure, Seconds, with_connection
 from deploy.output import print_line
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ MODULES = {"robot_sim": "robot_sim", "dashboard": "dashboard", "hub": "bus.hub"}
 def demo(
     seconds: Seconds = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no page.")] = False,
-    robot: Annotated[str, typer.Option(help="Robot description, by name or file.")] = "icub",
+    robot: Description = "icub",
     scenario: Annotated[str, typer.Option(help="What happens to it, by name or file.")] = "demo",
     profile: Annotated[str, typer.Option(help="Noise of the sensors.")] = "realistic",
     base: Annotated[Base, typer.Option(help="Free on the floor, or fixed on a pole.")] = Base.free,
