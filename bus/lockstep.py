@@ -124,13 +124,11 @@ class Lockstep:
         }
 
     def join(self, timeout: float = 10.0) -> None:
-        """Wait until all participants are on the bus; raise LockstepTimeout naming the missing."""
-        stands = self._node.directory.owner
-        self._until(
-            lambda: [s for s in self._inputs if stands(acknowledgement_port(s)) is None],
-            timeout,
-            "did not come to the lockstep",
-        )
+        """Wait until all participants are ready, and so hear the first stamp.
+
+        Raises LockstepTimeout naming the missing.
+        """
+        self._until(self._absent, timeout, "did not come to the lockstep")
 
     def wait(self, stamp: int, timeout: float = 5.0) -> None:
         """Wait until all have acknowledged a stamp [ns]; raise LockstepTimeout naming the missing.
@@ -138,6 +136,10 @@ class Lockstep:
         Wall-time limit in seconds. RPC handlers of the node run meanwhile.
         """
         self._until(lambda: self._missing(stamp), timeout, f"did not acknowledge {stamp} ns")
+
+    def _absent(self) -> list[str]:
+        ready = {owner.service for owner in self._node.directory.services()}
+        return [service for service in self._inputs if service not in ready]
 
     def _missing(self, stamp: int) -> list[str]:
         for service, port in self._inputs.items():

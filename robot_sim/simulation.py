@@ -2,6 +2,8 @@
 
 import logging
 import time
+from collections.abc import Callable
+from functools import partial
 
 from bus import LockstepTimeout, Node, Pending
 from bus.clock import ClockServer, State
@@ -76,9 +78,11 @@ class Simulation:
 
     def run(self) -> None:
         """Run until the node is asked to end."""
+        self._tell_time()
+        if self._lockstep is not None:  # who comes later would miss the first tick, and we wait
+            self._await_participants(self._lockstep.join)
         self._pace.start(time.monotonic_ns())
         self.slow_down(SLOW, self._config.slow_start)
-        self._tell_time()
         while self._node.running:
             if self.paused:
                 self._run_paused()
@@ -135,7 +139,7 @@ class Simulation:
             truth.write(plant.truth(), stamp=stamp, clock=SIMULATED, acquired=acquired)
         self._tell_time()
         if self._lockstep is not None:
-            self._await_participants(self._lockstep)
+            self._await_participants(partial(self._lockstep.wait, self.plant.time))
 
     def _take_command(self) -> None:
         received = self._commands.newest()
@@ -148,12 +152,12 @@ class Simulation:
             self.refused += 1
             logger.warning("refused a motor command: %s", error)
 
-    def _await_participants(self, lockstep: Lockstep) -> None:
+    def _await_participants(self, wait: Callable[[float], None]) -> None:
         """Wait for all participants; a missing one is named every five seconds."""
-        stamp, resets = self.plant.time, self._resets
+        resets = self._resets
         while self._node.running and self._resets == resets:
             try:
-                lockstep.wait(stamp, PATIENCE)
+                wait(PATIENCE)
                 break
             except LockstepTimeout as error:
                 self.waiting_for = str(error)

@@ -135,11 +135,11 @@ def test_a_port_of_which_only_the_hub_knows_yet_is_not_absent(server, node, monk
     monkeypatch.setattr(node.directory, "leader", lambda name: None)
     with server.session.liveliness().declare_token(unreached.key()):
         eventually(lambda: node.stands("/unreached/rpc:i"))
-        with pytest.raises(RpcTimeout, match=r"its owner was not reached within 0.2 s"):
-            node.call("/unreached/rpc:i", "status", timeout=0.2)
+        with pytest.raises(RpcTimeout):
+            node.call("/unreached/rpc:i", "status", timeout=0.5)
     eventually(lambda: not node.stands("/unreached/rpc:i"))
     with pytest.raises(RpcAbsent):
-        node.call("/unreached/rpc:i", "status", timeout=0.2)
+        node.call("/unreached/rpc:i", "status", timeout=30.0)
 
 
 def test_a_server_that_does_not_own_its_name_yet_answers_nothing(server, node, hub):

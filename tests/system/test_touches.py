@@ -14,12 +14,16 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 FORCE = 12.0  # N
 SOON = 300_000_000  # ns from the beginning of a push to a wrench that is right
 UNUSED = ("dashboard", "base_estimator", "gravity_compensator")
+IN_LOCKSTEP = ("sensor_server", "torque_observer", "contact_detector")  # so nobody is late
 
 
 @pytest.fixture(scope="module")
 def touched_stack(robot: Robot) -> Iterator[Stack]:
     """A standing robot whose observer follows the touches that the detector finds."""
-    settings = {"torque_observer": ("--set", "follow_touches=true")}
+    lockstep = ("--set", "lockstep=true")
+    settings = {name: lockstep for name in IN_LOCKSTEP}
+    settings["robot_sim"] = (*lockstep, "--set", f"participants=[{', '.join(IN_LOCKSTEP)}]")
+    settings["torque_observer"] = (*lockstep, "--set", "follow_touches=true")
     with Stack(robot, settings, without=UNUSED) as stack:
         stack.until(lambda: stack.state("contacts") == "valid", lambda: stack.state("contacts"))
         yield stack
