@@ -42,7 +42,7 @@ class Feed:
         frame = sensor_frame(self.plant.raw(), self.changes)
         self._frames.write(frame, stamp=self.plant.time, clock=1, **more)
 
-    def until(self, predicate: Callable[[], T | None], timeout: float = 20.0) -> T:
+    def until(self, predicate: Callable[[], T | None], timeout: float = 60.0) -> T:
         """Feed until a predicate holds; return its value."""
         deadline = time.monotonic() + timeout
         while not (value := predicate()):
