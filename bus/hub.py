@@ -1,7 +1,9 @@
 """The hub: where processes meet and names are granted. No data stops when it dies."""
 
 import argparse
+import faulthandler
 import logging
+import signal
 import sys
 from pathlib import Path
 
@@ -82,6 +84,7 @@ def _state(options: argparse.Namespace) -> Path | None:
 def main() -> int:
     """Run the command; return its exit status."""
     stop_flag.install()  # from here on a signal ends the process with status 0
+    faulthandler.register(signal.SIGUSR1)  # kill -USR1 shows where it hangs
     parser = arguments()
     options = parser.parse_args()
     if options.listen.endswith(":0"):

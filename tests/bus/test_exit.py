@@ -10,6 +10,7 @@ import pytest
 
 from bus.testing import Process, eventually
 
+SOON = 9.0  # s on a loaded machine, usually 0.2; Zenoh alone lingers for 10 where a peer is stopped
 WITHIN = 60.0  # s, start-up on a loaded machine included; a hang is for ever
 
 
@@ -68,7 +69,7 @@ def test_a_process_ends_with_zero_on_a_signal(hub, case, number):
     began = time.monotonic()
     process.send_signal(number)
     assert finish(process, case) == (0, "")
-    assert time.monotonic() - began < 5.0
+    assert time.monotonic() - began < SOON
 
 
 def test_a_signal_ends_the_wait_for_a_hub(hub):
@@ -85,7 +86,7 @@ def test_a_process_ends_although_a_peer_is_stopped(hub, start):
     began = time.monotonic()
     process.send_signal(signal.SIGTERM)
     assert finish(process, "beside a stopped peer") == (0, "")
-    assert time.monotonic() - began < 5.0
+    assert time.monotonic() - began < SOON
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT], ids=["SIGTERM", "SIGINT"])
