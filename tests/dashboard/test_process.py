@@ -19,7 +19,7 @@ def end_of(process: Process) -> int:
 def test_status_tells_the_address_and_the_address_answers(start, node):
     process = start("dashboard")
     url = node.call("/dashboard/rpc:i", "status")["url"]
-    with urllib.request.urlopen(url, timeout=10) as answer:
+    with urllib.request.urlopen(url, timeout=60) as answer:
         assert b"<html" in answer.read()
     assert f"dashboard: {url}\n" in eventually(lambda: process.output)
 
@@ -31,7 +31,7 @@ def test_a_simulation_is_asked_to_make_room_for_a_browser_that_loads_the_page(st
     start("dashboard", "--set", "makes_room=true")
     url = node.call("/dashboard/rpc:i", "status")["url"]
     assert not asked
-    with urllib.request.urlopen(url, timeout=10) as answer:
+    with urllib.request.urlopen(url, timeout=60) as answer:
         answer.read()  # as a browser does
     eventually(lambda: node.wait(0.01) or len(asked) > 2)
     assert all(0.0 < seconds <= 2.0 for seconds in asked)

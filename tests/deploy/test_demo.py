@@ -98,7 +98,7 @@ def test_two_demos_run_at_once_are_tared_and_pushed_and_leave_nothing_behind(
     demo = launch("demo", *SLOW)
     demo.until("stop:    Ctrl-C")
     page = re.search(r"page: +(\S+)", demo.output)
-    assert page and b"<html" in urllib.request.urlopen(page[1], timeout=20.0).read().lower()
+    assert page and b"<html" in urllib.request.urlopen(page[1], timeout=60.0).read().lower()
     assert_tared(demo)
     assert_takes_pushes(demo, ask, capsys)
     assert_can_be_stopped(ask)

@@ -4,5 +4,5 @@ import sys
 import urllib.request
 
 if __name__ == "__main__":
-    with urllib.request.urlopen(sys.argv[1], timeout=10.0) as answer:
+    with urllib.request.urlopen(sys.argv[1], timeout=60.0) as answer:
         print(answer.read(200).decode())

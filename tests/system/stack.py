@@ -202,11 +202,11 @@ class Stack:
 
     def ask(self, service: str, verb: str, **arguments: Any) -> Any:
         """Call a verb of a service."""
-        return self.node.call(ports.rpc(service), verb, arguments, timeout=10.0)
+        return self.node.call(ports.rpc(service), verb, arguments, timeout=30.0)
 
     def simulate(self, verb: str, **arguments: Any) -> Any:
         """Call a verb of the plant."""
-        return self.node.call(ports.sim_rpc(self.robot), verb, arguments, timeout=10.0)
+        return self.node.call(ports.sim_rpc(self.robot), verb, arguments, timeout=30.0)
 
     def status(self, service: str, timeout: float = 5.0) -> dict[str, Any]:
         """Return a service's status; empty when it does not answer."""

@@ -107,7 +107,7 @@ class Bench:
         return self._user.input(f"/user{source[:-1]}i", kind, source=source, depth=4096, **types)
 
     def _is_heard(self, key: str, robot: Robot) -> bool:
-        return bool(port_info(self.node, ports.name(key, robot))["wanted_hz"])
+        return bool(port_info(self.node, ports.name(key, robot), 30.0)["wanted_hz"])
 
     def feed(self, frames: Frames, base: BaseState | None = None) -> None:
         """Let the service work off frames, a few at a time."""
@@ -143,7 +143,7 @@ class Bench:
 
     def written(self, key: str, robot: Robot) -> int:
         """Return how many messages the service has written on a port."""
-        return port_info(self.node, ports.name(key, robot))["statistics"]["written"]
+        return port_info(self.node, ports.name(key, robot), 30.0)["statistics"]["written"]
 
     def points(self, wanted: Wanted = lambda _: True) -> Received:
         """Return the newest places of touches for which ``wanted`` holds."""

@@ -17,7 +17,7 @@ def test_the_search_is_waited_for_by_nobody_and_its_result_is_taken_later():
     search.begin(lambda: FOUND if go.wait(10.0) else NOTHING)
     assert not search.idle and search.found is NOTHING
     go.set()
-    eventually(lambda: search.idle, 10.0, "the search ended")
+    eventually(lambda: search.idle, 60.0, "the search ended")
     assert search.found is FOUND
 
 
@@ -26,7 +26,7 @@ def test_a_touch_that_ended_meanwhile_is_nowhere():
     search.begin(lambda: FOUND if go.wait(10.0) else NOTHING)
     search.forget()
     go.set()
-    eventually(lambda: search.idle, 10.0, "the search ended")
+    eventually(lambda: search.idle, 60.0, "the search ended")
     assert search.found is NOTHING
 
 
@@ -40,4 +40,4 @@ def test_an_error_of_the_search_is_not_lost():
     search = PlaceSearch(beside=True)
     search.begin(lambda: FOUND._replace(nowhere=1))
     with pytest.raises(ValueError):
-        eventually(lambda: search.idle, 10.0, "the search ended")
+        eventually(lambda: search.idle, 60.0, "the search ended")

@@ -41,7 +41,7 @@ class Observer:
         """Open the ports, and wait until what the plant writes arrives here."""
         self.node.ready()
         self.ask("step", ticks=1)
-        eventually(lambda: self.raw.newest() or self.ask("step", ticks=4) is None, 20.0)
+        eventually(lambda: self.raw.newest() or self.ask("step", ticks=4) is None)
         return self
 
     def stepped(self, ticks):
@@ -58,12 +58,12 @@ class Observer:
                     messages.append(received)
                 return messages and messages[-1].envelope.stamp == last
 
-            eventually(complete, 20.0)
+            eventually(complete)
         return messages
 
     def told(self):
         """Return the truth of the last tick stepped, which is a multiple of 4 ms."""
-        return eventually(self.truth.newest, 20.0)
+        return eventually(self.truth.newest)
 
 
 @pytest.fixture
@@ -105,7 +105,7 @@ def test_it_runs_in_real_time_and_pauses_and_resumes(start, observer):
 def speed_of(observer):
     """Of simulated to wall time, between two frames; a stall makes it smaller, never larger."""
     observer.raw.newest()
-    first, last = (eventually(observer.raw.newest, 20.0).envelope for _ in range(2))
+    first, last = (eventually(observer.raw.newest).envelope for _ in range(2))
     return (last.stamp - first.stamp) / (last.acquired - first.acquired)
 
 
@@ -189,14 +189,14 @@ def test_the_boards_obey_motor_commands_and_refuse_another_robots(start, observe
     torque = np.linspace(-1.0, 1.0, robot.n)
     command = MotorCommand(mode="torque", value=torque, feedforward=np.zeros(robot.n))
     observer.command.write(command, stamp=0, clock=1)
-    obeyed = eventually(lambda: _obeys(observer, torque), 20.0)
+    obeyed = eventually(lambda: _obeys(observer, torque))
     assert obeyed
     stranger = observer.node.output(
         "/icub/robot_sim/motor_command:i", MotorCommand, model="0badc0de"
     )
     stranger.write(MotorCommand(mode="torque", value=3 * torque, feedforward=torque), stamp=0)
     observer.command.write(command, stamp=0, clock=1)
-    assert eventually(lambda: _obeys(observer, torque), 20.0)
+    assert eventually(lambda: _obeys(observer, torque))
 
 
 def own_line(process):
@@ -288,7 +288,7 @@ def test_a_blow_up_ends_the_process_with_one_line_and_no_nan_is_seen(start, obse
     process.expected = 1
     observer.ready()
     observer.ask("resume")
-    assert eventually(lambda: process.popen.poll() is not None, 20.0)
+    assert eventually(lambda: process.popen.poll() is not None)
     assert process.popen.returncode == 1
     assert own_line(process).startswith("robot_sim: the plant diverged at")
     while (received := observer.raw.read()) is not None:
