@@ -126,6 +126,24 @@ def test_a_polled_and_a_resting_input_are_rewired_too(hub, node):
         eventually(lambda: inp.newest())
 
 
+@pytest.mark.parametrize("polled", [False, True])
+def test_what_passes_while_an_input_is_disconnected_is_not_lost(hub, node, polled):
+    inp = node.input("/test/in:i", Number, "/other/out:o", depth=8, polled=polled)
+    with writer(hub) as out:
+        node.ready()
+        for connected in (True, False, True):
+            if connected:
+                inp.connect("/other/out:o")
+                eventually(lambda: out.matched and node.directory.leader("/other/out:o"))
+                eventually(lambda: out.write(Number(value=1.0)) or inp.newest())
+            else:
+                inp.disconnect("/other/out:o")
+                eventually(lambda: not out.matched)
+                for _ in range(5):
+                    out.write(Number(value=2.0))
+        assert (inp.statistics.lost, inp.statistics.repeated) == (0, 0)
+
+
 def test_wishes_outlive_the_hub(tmp_path):
     path = tmp_path / "state" / "lab.json"
     Wishes(path).answer(["set", "/a:i", "/b:o", True])
