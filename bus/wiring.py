@@ -4,7 +4,7 @@ An input's connections belong to its owner, which is asked over its RPC port. Wi
 ``persist`` the hub keeps the wish too, and tells it whoever opens that input later.
 """
 
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from bus.claims import Asker
 from bus.connector import differs
@@ -18,11 +18,16 @@ from bus.wishes import WISHES
 
 
 class Connection(NamedTuple):
-    """An input reads an output; ``persistent`` when the hub keeps the wish."""
+    """That an input reads an output, or shall (not); ``persistent`` when the hub keeps the wish.
+
+    ``state`` is ``connected``, ``waiting`` (one of the ports does not stand, or the input is
+    to be opened again) or ``apart`` (disconnected for good).
+    """
 
     source: str
     sink: str
     persistent: bool
+    state: Literal["connected", "waiting", "apart"] = "connected"
 
 
 def connect(
@@ -81,15 +86,23 @@ def forget(node: Node, source: str, sink: str, timeout: float = 2.0) -> dict[str
 
 
 def connections(node: Node, timeout: float = 2.0) -> list[Connection]:
-    """Return what is connected now, and what is wished but does not stand, sorted."""
-    wished = {
-        (source, sink)
-        for sink, wishes in _wish(node, ["all"], timeout).items()
-        for source, wanted in wishes.items()
-        if wanted
+    """Return what is connected now, and what is wished for good, sorted."""
+    wishes = {
+        (source, sink): wanted
+        for sink, wished in _wish(node, ["all"], timeout).items()
+        for source, wanted in wished.items()
     }
     now = {(source, token.name) for token in node.directory.tokens() for source in token.sources}
-    return [Connection(*pair, pair in wished) for pair in sorted(now | wished)]
+    return [
+        _connection(node, pair, pair in now, wishes.get(pair)) for pair in sorted(now | set(wishes))
+    ]
+
+
+def _connection(node: Node, pair: tuple[str, str], reads: bool, wished: bool | None) -> Connection:
+    if reads:
+        stands = node.directory.owner(pair[0]) is not None
+        return Connection(*pair, bool(wished), "connected" if stands else "waiting")
+    return Connection(*pair, True, "waiting" if wished else "apart")
 
 
 def _check_names(source: str, sink: str) -> None:

@@ -77,6 +77,8 @@ def test_a_persistent_connection_survives_the_restart_of_its_input(start, hub, n
         connect(node, "/other/out:o", SINK, persist=True)
         disconnect(node, "/test/out:o", SINK, persist=True)
         first.stop()
+        states = ["waiting", "apart", "waiting"]  # the last is our own input's
+        eventually(lambda: [c.state for c in connections(node)] == states)
         start(TOY)
         eventually(lambda: sources(node) == ["/other/out:o"])
         doubled(node, out, inp, 3.0)
@@ -89,7 +91,7 @@ def test_a_persistent_connection_may_be_wished_before_its_ports_exist(start, hub
     inp = node.input("/test/in:i", Number, source="/toy/out:o")
     node.ready()
     assert connect(node, "/other/out:o", SINK, persist=True) == {"sink": SINK, "sources": []}
-    assert Connection("/other/out:o", SINK, True) in connections(node)
+    assert Connection("/other/out:o", SINK, True, "waiting") in connections(node)
     start(TOY)
     with writer(hub) as out:
         doubled(node, out, inp, 5.0)
@@ -178,7 +180,7 @@ def test_two_namespaces_have_wishes_of_their_own():
             Node("a", connect=endpoint, namespace="two", signals=False) as two,
         ):
             connect(one, "/x:o", "/y:i", persist=True)
-            assert connections(one) == [Connection("/x:o", "/y:i", True)]
+            assert connections(one) == [Connection("/x:o", "/y:i", True, "waiting")]
             assert connections(two) == []
 
 

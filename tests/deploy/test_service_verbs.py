@@ -103,7 +103,7 @@ def test_a_wish_is_forgotten_and_the_present_connection_stays(verb):
     [told] = verb(*forget, "--json").documents
     assert told == {"sink": IN, "sources": ["/test/out:o", "/later/out:o"]}
     assert verb("disconnect", "/later/out:o", IN).status == 0
-    assert verb(*forget).out == f"{IN} reads /test/out:o\n"
+    assert verb(*forget).out == f"forgotten; at present {IN} reads /test/out:o\n"
     assert verb(*forget, "--persist").status == 2
 
 
@@ -111,6 +111,18 @@ def test_connect_tells_near_names_and_types_that_differ(verb):
     result = verb("connect", "/toy/uot:o", IN)
     assert result.status == 2 and f"did you mean {OUT}" in result.err
     assert "Number/1" in verb("connect", OUT, "/toy/big:i").err
+    result = verb("connect", IN, OUT, "--persist")
+    assert result.status == 2 and "the name of an output port ends in :o" in result.err
+
+
+def test_connections_tell_what_waits_and_what_is_kept_apart(verb):
+    for action in ("connect", "disconnect"):
+        assert verb(action, f"/later/{action}:o", IN, "--persist").status == 0
+    states = {row["source"]: row["state"] for row in verb("connections", "--json").documents[0]}
+    assert states["/later/connect:o"] == "waiting" and states["/later/disconnect:o"] == "apart"
+    for action in ("connect", "disconnect"):
+        verb("disconnect", f"/later/{action}:o", IN, "--forget")
+    verb("disconnect", "/later/connect:o", IN)
 
 
 def test_terminate_ends_a_service_and_returns_when_it_has_gone(hub, start, capsys):
