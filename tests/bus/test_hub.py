@@ -9,6 +9,7 @@ import pytest
 
 from bus import BusError, NameTaken, Node
 from bus.testing import Process, eventually, free_port, start_hub
+from bus.wiring import connect
 from tests.bus.messages import Number
 
 
@@ -82,6 +83,25 @@ def test_a_hub_that_comes_back_knows_the_names(own_hub, two):
         flows(out, inp)
     finally:
         again.clean_up()
+
+
+def test_a_hub_that_was_killed_still_knows_what_is_connected_for_good(tmp_path):
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    options = ("--listen", endpoint, "--settle", "0", "--no-announce", "--state", str(tmp_path))
+    hubs = [Process("bus.hub", *options)]
+    try:
+        with Node("asker", connect=endpoint, signals=False) as asker:
+            asker.ready(timeout=60.0)
+            connect(asker, "/w/x:o", "/late/x:i", persist=True)
+        hubs[0].kill()
+        hubs.append(Process("bus.hub", *options))
+        with Node("late", connect=endpoint, signals=False) as late:
+            inp = late.input("/late/x:i", Number)
+            late.ready(timeout=60.0)
+            assert inp.sources == ("/w/x:o",)
+    finally:
+        for process in hubs:
+            process.clean_up()
 
 
 def test_a_node_waits_for_a_hub_that_comes_late():

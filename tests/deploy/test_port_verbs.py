@@ -69,7 +69,12 @@ def test_info_tells_fields_units_and_statistics(ask):
 
 def test_info_as_text_says_what_a_message_is(bus, capsys):
     assert run(["info", PORT, "--connect", bus]) == 0
-    assert "\nWhere a beacon shines.\n" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "\nWhere a beacon shines.\n" in shown and "nominal rate: 100 Hz; of late " in shown
+
+
+def test_info_as_text_says_why_an_input_is_not_fresh(verb):
+    assert "\nstate: nobody writes /test/big:o\n" in verb("info", "/toy/big:i").out
 
 
 def test_read_prints_one_line_per_message_with_all_fields(ask):
@@ -96,7 +101,8 @@ def test_hz_measures_rate_and_losses(ask):
 
 
 def test_rpc_passes_arguments_and_prints_the_answer(ask):
-    assert ask("rpc", "/beacon/rpc:i", "shine", "brightness=0.5") == (0, [{"brightness": 0.5}])
+    for name in ("/beacon/rpc:i", "beacon"):
+        assert ask("rpc", name, "shine", "brightness=0.5") == (0, [{"brightness": 0.5}])
 
 
 @pytest.mark.parametrize("words", [("rpc", PORT), ("param", "list", PORT)])

@@ -132,6 +132,12 @@ def test_terminate_ends_a_service_and_returns_when_it_has_gone(hub, start, capsy
     assert process.ended() == 0
 
 
+@pytest.mark.parametrize("name", ["/toy/out:o", "nobody"])
+def test_only_a_service_is_terminated(verb, name):
+    result = verb("terminate", name)
+    assert result.status == 2 and f"no service {name}" in result.err and "toy" in result.err
+
+
 def test_down_without_a_launcher_says_so(verb):
     result = verb("down")
     assert result.status == 1 and "no launcher on this bus" in result.err
