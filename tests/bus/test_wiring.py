@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import threading
 
 import pytest
 
@@ -56,6 +57,18 @@ def test_a_third_party_connects_and_disconnects_two_ports(start, hub, node):
         disconnect(node, "/other/out:o", SINK)
         eventually(lambda: not out.matched)
         eventually(lambda: sources(node) == ["/test/out:o"])
+
+
+def test_connecting_waits_a_little_for_a_port_that_is_just_being_opened(start, hub, node):
+    start(TOY)
+    node.ready()
+    with Node("writer", connect=hub, signals=False) as late:
+        late.output("/other/out:o", Number)
+        opening = threading.Timer(0.3, late.ready)
+        opening.start()
+        told = connect(node, "/other/out:o", SINK, timeout=30.0)
+        opening.join()
+    assert told["sources"] == ["/test/out:o", "/other/out:o"]
 
 
 def test_a_connection_survives_the_restart_of_its_output(start, hub, node):
