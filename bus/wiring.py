@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 from bus.claims import Asker
 from bus.connector import differs
-from bus.errors import BusError
+from bus.errors import BusError, RpcAbsent
 from bus.introspection import hear_all, wait_for_port
 from bus.names import check_name
 from bus.node import Node
@@ -48,7 +48,7 @@ def connect(
     _check_pair(*_standing(node, timeout, source, sink))
     if persist:
         _wish(node, ["set", sink, source, True], timeout)
-    return _ask_owner(node, "connect", source, sink, timeout)
+    return _ask_owner(node, "connect", source, sink, timeout, persist)
 
 
 def disconnect(
@@ -69,7 +69,7 @@ def disconnect(
             return _connected(sink, reader)
     else:
         wait_for_port(node, sink, timeout)
-    return _ask_owner(node, "disconnect", source, sink, timeout)
+    return _ask_owner(node, "disconnect", source, sink, timeout, persist)
 
 
 def forget(node: Node, source: str, sink: str, timeout: float = 2.0) -> dict[str, Any]:
@@ -124,12 +124,19 @@ def _check_pair(writer: Token | None, reader: Token | None) -> None:
         raise BusError(differs(writer.name, writer.type, reader.name, reader.type))
 
 
-def _ask_owner(node: Node, verb: str, source: str, sink: str, timeout: float) -> dict[str, Any]:
+def _ask_owner(
+    node: Node, verb: str, source: str, sink: str, timeout: float, kept: bool
+) -> dict[str, Any]:
     reader = node.directory.owner(sink)
     if reader is None:
         return _connected(sink, None)
     arguments = {"sink": sink, "source": source}
-    return node.call(f"/{reader.owner.service}/rpc:i", verb, arguments, timeout)
+    try:
+        return node.call(f"/{reader.owner.service}/rpc:i", verb, arguments, timeout)
+    except RpcAbsent:
+        if not kept:
+            raise
+        return _connected(sink, None)  # it has just gone, and hears of the wish when it is back
 
 
 def _connected(sink: str, reader: Token | None) -> dict[str, Any]:
