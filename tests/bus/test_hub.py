@@ -144,7 +144,7 @@ def test_a_hub_announces_itself_and_takes_its_entry_away(tmp_path):
     ("arguments", "complaint"),
     [
         (["--listen", "tcp/0.0.0.0:7512"], "hub: endpoint tcp/0.0.0.0:7512 leaves this machine"),
-        (["--listen", "nonsense"], "hub: endpoint nonsense leaves this machine"),
+        (["--listen", "nonsense"], "hub: bad endpoint 'nonsense': expected such as tcp/127"),
     ],
 )
 def test_a_hub_that_cannot_work_says_why(arguments, complaint):
