@@ -145,7 +145,13 @@ class PortTable:
                     inputs[sink].disconnect(source)
 
     def _await_rivals(self, tokens: Sequence[Token]) -> None:
-        """Let those claim who do so at the same time; give all back when one of them wins."""
+        """Let those claim who do so at the same time; give all back when one of them wins.
+
+        A higher token may have come since we looked, before there was anything to resign.
+        """
+        for token in tokens:
+            if (owner := self._owner_of(token.name)) is not None:
+                self.resign(owner)
         deadline = time.monotonic() + SETTLE
         while self.lost is None and time.monotonic() < deadline:
             time.sleep(0.01)

@@ -10,6 +10,7 @@ from bus.introspection import wait_for_service
 from bus.links import alone_since
 from bus.rpc import Request
 from bus.testing import collect, eventually, start_hub
+from bus.tokens import Token
 from tests.bus.messages import Number
 
 TOY = "tests.bus.toys"
@@ -74,6 +75,18 @@ def test_without_a_hub_a_new_name_is_claimed_among_peers(linked_without_hub):
     eventually(lambda: out.matched)
     out.write(Number(value=1.0))
     assert eventually(inp.newest).data.value == 1.0
+
+
+def test_a_rival_that_stands_between_the_look_and_the_claim_is_not_overlooked(linked_without_hub):
+    first, second, _ = linked_without_hub
+    rival = Token("/late/x:o", "output", "Number/1", 0.0, second.owner, 0, b"\xff" * 16, ())
+    with second.session.liveliness().declare_token(rival.key()):
+        eventually(lambda: first.directory.owner("/late/x:o") == rival)
+        looks, owner_of = iter([None]), first.ports._owner_of
+        first.ports._owner_of = lambda name: next(looks, owner_of(name))
+        with pytest.raises(NameTaken, match="lost /late/x:o: .* is taken by peer1"):
+            first.output("/late/x:o", Number)
+    first.wait(0.0)
 
 
 def test_who_has_been_without_a_hub_for_a_while_does_not_wait_for_it_again(
