@@ -82,7 +82,8 @@ def test_clock_shows_time_state_and_rate(verb, toy_bus):
 
 
 def test_without_a_clock_that_is_said(verb):
-    assert "nothing is simulated" in verb("clock").err
+    result = verb("clock")
+    assert result.status == 1 and "nothing is simulated" in result.err
     assert "no" in verb("clock", "pause", "--robot", "icub").err
 
 
