@@ -13,8 +13,8 @@ from benchmarks.rows import Row
 from benchmarks.tables import Table, tables_of
 
 DOCUMENT = Path(__file__).parent.parent / "docs" / "performance.md"
-ORDER = ("bus_latency", "bus_scale", "bus_fan_out", "bus_memory", "bus_memory_long")
-ORDER += ("bus_reconnect", "codec", "system")  # the others follow
+ORDER = ("bus_latency", "bus_scale", "bus_fan_out", "bus_reliable", "bus_memory", "bus_memory_long")
+ORDER += ("bus_reconnect", "bus_names", "codec", "system")  # the others follow
 HEAD = """# Performance
 
 Written by `make bench` from the figures that it stores in `benchmarks/results.json`; do not edit.

@@ -53,7 +53,7 @@ def main() -> None:
     with Node(name, connect=endpoint) as node:
         reader = Reader(node, name, source, int(depth))
         node.ready()
-        tell("ready")
+        tell({"ready": time.monotonic_ns()})
         reporter, more = Reporter(reader.report), False
         while node.running:
             node.wait(0.0 if more else 0.1)

@@ -26,7 +26,6 @@ CLAIM, PEERS, OWNERS = "@wb/hub/claim", "@wb/hub/peers", "@wb/hub/owners"
 GRANT = 2.0  # s for which a granted name waits for its token
 PATIENCE = 0.3  # s for which a taken name is asked for again
 SETTLE = 0.4  # s for which a claim without a hub waits for others
-YOUNG = 0.1  # s
 ALONE = 1.0  # s without a link to a hub after which peers agree on names among themselves
 MEET = 0.5  # s for which we wait to be linked with all peers
 MAX_REQUEST = 1 << 20  # bytes
@@ -69,7 +68,6 @@ def claim_among_peers(
     Who is seen keeps the name. Of two that claim it at once both declare, and the
     lower resigns: so write nothing before `SETTLE` has passed.
     """
-    time.sleep(YOUNG)  # a young session does not see everybody yet
     owners = [owner for token in tokens if (owner := owner_of(token.name)) is not None]
     if owners and not take_over:
         raise NameTaken(_describe_all(owners))
@@ -97,12 +95,22 @@ class HubAbsent(BusError):
 
 
 class Asker:
-    """Asks the hub until it answers, until a deadline, or until the process is to end."""
+    """Asks the hub until it answers, until a deadline, or until the process is to end.
 
-    def __init__(self, where: str, timeout: float, running: Callable[[], bool]):
+    Args:
+        alone_since: Since when we are not linked with a hub, monotonic [s]; None is now.
+    """
+
+    def __init__(
+        self,
+        where: str,
+        timeout: float,
+        running: Callable[[], bool],
+        alone_since: float | None = None,
+    ):
         self._where = where
         self._timeout = timeout
-        self._alone_at = time.monotonic() + ALONE
+        self._alone_at = (time.monotonic() if alone_since is None else alone_since) + ALONE
         self._deadline = time.monotonic() + timeout
         self._running = running
 

@@ -11,12 +11,13 @@ from bus.annotation import read_annotation
 ARRAYS = ("float64", "bool")
 
 
-def build(type_name: str, fields: list[dict[str, Any]]) -> type:
-    """Return the dataclass of a type's name and described fields."""
+def build(type_name: str, fields: list[dict[str, Any]], description: str = "") -> type:
+    """Return the dataclass of a type's name and described fields; its docstring describes it."""
     made = [(entry["name"], _hint(entry), _field(entry)) for entry in fields]
     name = type_name.partition("/")[0]
+    namespace = {"TYPE": type_name, "__doc__": description or f"{name}, as its port describes it."}
     return dataclasses.make_dataclass(
-        name, made, frozen=True, eq=False, kw_only=True, namespace={"TYPE": type_name}
+        name, made, frozen=True, eq=False, kw_only=True, namespace=namespace
     )
 
 
@@ -36,6 +37,6 @@ def _field(entry: dict[str, Any]) -> Any:
     else:
         metadata |= {"shape": tuple(entry["shape"]), "dtype": entry["type"]}
         metadata |= {"optional": entry["optional"]}
-        if not entry["optional"]:
-            return dataclasses.field(metadata=metadata)
+    if entry.get("required", is_array(entry) and not entry["optional"]):
+        return dataclasses.field(metadata=metadata)
     return dataclasses.field(metadata=metadata, default=None)  # it may have one and not travel

@@ -16,10 +16,9 @@ from bus.errors import BusError, WireError
 from bus.freshness import Freshness
 from bus.names import StreamKind, check_name, key_of, stream_key
 from bus.output import MAX_MESSAGE
-from bus.receivers import Delivery, Poll
+from bus.receivers import Delivery, Poll, Receiver
 from bus.sample_queue import SampleQueue
 from bus.schema import fields_of, type_name
-from bus.sequence import Sequences
 from bus.waiter import Waiter
 
 logger = logging.getLogger(__name__)
@@ -68,7 +67,6 @@ class Input:
         self._decoder = Decoder(message_type, model, dimensions)
         self._directory = directory
         self._freshness = freshness
-        self._sequences = Sequences()
         self._samples = SampleQueue(depth)
         self._max_message, self._model = max_message, model
         self._complained = 0.0
@@ -188,7 +186,6 @@ class Input:
         self._resting = resting
         for receiver in self._receivers.values():
             receiver.rest(resting)
-        self._sequences = Sequences()
 
     def stand(self) -> None:
         """The name is ours; an input reads without it too."""
@@ -230,11 +227,11 @@ class Input:
         self,
         payload: Any,
         arrival: int,
-        origin: str | None,
+        receiver: Receiver,
         leader: bytes | None,
         overrun: bool,
     ) -> Received | None:
-        statistics = self._statistics
+        statistics, origin = self._statistics, receiver.origin
         try:
             if type(payload) is int:
                 raise WireError(f"{payload} bytes, limit {self._max_message}")
@@ -248,7 +245,7 @@ class Input:
             statistics.foreign += 1
             self._complain(f"ignored: its writer does not own {origin}")
             return None
-        gap = self._sequences.gap(source, envelope.seq)
+        gap = receiver.sequences.gap(source, envelope.seq)
         if gap < 0:
             statistics.repeated += 1
             return None

@@ -47,14 +47,23 @@ def look_after_links(session: zenoh.Session, patience: float) -> None:
 
     def on_transport(event: zenoh.TransportEvent) -> None:
         adopt()
+        is_hub = event.transport.whatami == zenoh.WhatAmI.ROUTER
         if event.kind == zenoh.SampleKind.DELETE:
             reunion.ended(str(event.transport.zid))
-        elif event.transport.whatami == zenoh.WhatAmI.ROUTER:
+            if is_hub:
+                reunion.left_hub()
+        elif is_hub:
             reunion.joined_hub()
 
     info = session.info  # the end of a link that failed is told as that of its transport only
     info.declare_transport_events_listener(Callback(on_transport, indirect=False), history=True)
     info.declare_link_events_listener(Callback(on_link, indirect=False), history=True)
+
+
+def alone_since(session: zenoh.Session) -> float:
+    """Return since when a session has had no link with a hub, monotonic [s]; now if it has one."""
+    since = reunion.alone_since if (reunion := _reunions.get(str(session.zid()))) else None
+    return time.monotonic() if since is None else since
 
 
 def expect_names(session: zenoh.Session, known: Callable[[], set[str]]) -> None:

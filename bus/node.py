@@ -15,7 +15,7 @@ from bus.errors import BusError
 from bus.freshness import Freshness
 from bus.information import InformationServer
 from bus.input import Input
-from bus.links import expect_names, settle
+from bus.links import alone_since, expect_names, settle
 from bus.lockstep import Participant
 from bus.lost import Look
 from bus.names import StreamKind, check_name
@@ -99,7 +99,8 @@ class Node:
         self.owner = Owner.this_process(self.name, str(self.session.zid()))
         self.ports = PortTable(
             *(self.session, self.owner, self.endpoint, lambda: self.running),
-            *(lambda name: self.directory.owner(name), take_over),
+            *(lambda name: self.directory.owner(name), lambda: alone_since(self.session)),
+            take_over,
         )
         self._parts = [self.ports]
         self.directory = Directory(self.session, self._on_port)

@@ -36,6 +36,7 @@ class PortTable:
         where: str,
         running: Callable[[], bool],
         owner_of: Callable[[str], Token | None],
+        alone_since: Callable[[], float],
         take_over: bool = False,
     ):
         self.ready = False
@@ -45,6 +46,7 @@ class PortTable:
         self._where = where
         self._running = running
         self._owner_of = owner_of
+        self._alone_since = alone_since
         self._take_over = take_over
         self._ports: dict[str, Port] = {}
         self._claimed: dict[str, Token] = {}
@@ -69,7 +71,7 @@ class PortTable:
         if not self.ready:
             return
         try:
-            self._claim([port], Asker(self._where, CLAIM_TIMEOUT, self._running))
+            self._claim([port], self._asker(CLAIM_TIMEOUT))
         except BusError:
             del self._ports[port.name]
             port.close()
@@ -79,7 +81,7 @@ class PortTable:
         """Claim all names, get to know everybody, and declare the readiness token last."""
         if self.ready:
             return
-        asker = Asker(self._where, timeout, self._running)
+        asker = self._asker(timeout)
         self._claim(list(self._ports.values()), asker)
         meet_peers(self._session, asker)
         prepare()
@@ -111,6 +113,9 @@ class PortTable:
         for token in self._tokens.values():
             token.undeclare()
 
+    def _asker(self, timeout: float) -> Asker:
+        return Asker(self._where, timeout, self._running, self._alone_since())
+
     def _claim(self, ports: Sequence[Port], asker: Asker) -> None:
         try:
             self._grant_wishes(ports, asker)
@@ -140,7 +145,13 @@ class PortTable:
                     inputs[sink].disconnect(source)
 
     def _await_rivals(self, tokens: Sequence[Token]) -> None:
-        """Let those claim who do so at the same time; give all back when one of them wins."""
+        """Let those claim who do so at the same time; give all back when one of them wins.
+
+        A higher token may have come since we looked, before there was anything to resign.
+        """
+        for token in tokens:
+            if (owner := self._owner_of(token.name)) is not None:
+                self.resign(owner)
         deadline = time.monotonic() + SETTLE
         while self.lost is None and time.monotonic() < deadline:
             time.sleep(0.01)

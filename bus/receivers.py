@@ -10,14 +10,16 @@ from zenoh.handlers import Callback, RingChannel
 from bus.directory import Directory
 from bus.packing import unpack
 from bus.sample_queue import SampleQueue
+from bus.sequence import Sequences
 from bus.stream import BUNDLE
 from bus.threads import adopt
 
 
 class Receiver:
-    """Receives the samples of one key for an input's queue.
+    """Receives the samples of one key for an input's queue: one connection, as long as it lasts.
 
     Of a message above the limit only its size goes on, so that the queue's memory is bounded.
+    Sequence numbers count within a connection: what passes before it, or between two, is not lost.
 
     Args:
         key: Where the messages are put.
@@ -37,7 +39,8 @@ class Receiver:
         limit: int,
         handler: Any,
     ):
-        self._key, self._origin, self._leader = key, origin, directory.leader
+        self.origin, self.sequences = origin, Sequences()
+        self._key, self._leader = key, directory.leader
         self._push, self._limit = samples.push, limit
         self._session, self._handler = session, handler
         self._subscriber = self._subscribe()
@@ -73,8 +76,8 @@ class Poll(Receiver):
 
     def rest(self, resting: bool) -> None:
         """Receive nothing for a while; writers then have one reader less. Or go on."""
-        if resting and not self._resting and self._origin is not None:
-            self._resting = True
+        if resting and not self._resting and self.origin is not None:
+            self._resting, self.sequences = True, Sequences()
             self._subscriber.undeclare()
         elif self._resting and not resting:
             self._resting = False
@@ -94,7 +97,7 @@ class Poll(Receiver):
             samples.append(sample)
         if not samples:
             return
-        arrival, limit, origin = time.monotonic_ns(), self._limit, self._origin
+        arrival, limit, origin = time.monotonic_ns(), self._limit, self.origin
         if origin is not None:
             self._owner = self._leader(origin) or self._owner
         overrun = len(samples) == self._ring
@@ -102,7 +105,7 @@ class Poll(Receiver):
             for part in self._split(sample.payload):
                 if type(part) is bytes and len(part) > limit:
                     part = len(part)
-                self._push((part, arrival, origin, self._owner, overrun))
+                self._push((part, arrival, self, self._owner, overrun))
                 overrun = False
 
     def _split(self, payload: zenoh.ZBytes) -> list[bytes] | list[int]:
@@ -136,12 +139,12 @@ class Delivery(Receiver):
 
     def _take(self, sample: zenoh.Sample) -> None:
         adopt()
-        origin, payload = self._origin, sample.payload
+        origin, payload = self.origin, sample.payload
         size = len(payload)
         if origin is not None:
             self._owner = self._leader(origin) or self._owner  # it may have left after writing
         part = payload.to_bytes() if size <= self._limit else size
-        self._push((part, time.monotonic_ns(), origin, self._owner, False))
+        self._push((part, time.monotonic_ns(), self, self._owner, False))
         self._wake()
 
 

@@ -49,6 +49,7 @@ class Reunion:
         self.known: Callable[[], set[str]] | None = None  # the sessions whose names have come
         self._nameless: Counter[str] = Counter()
         self._gathered_at: float | None = None
+        self.alone_since: float | None = time.monotonic()  # without a hub; None with one
         self._lock = threading.Lock()
         self._watching = False
         self._ended = threading.Event()
@@ -72,9 +73,14 @@ class Reunion:
 
     def joined_hub(self) -> None:
         """Note a link with a hub; see later who else has joined it."""
+        self.alone_since = None
         with self._lock:
             self._gathered_at = time.monotonic() + GATHERING
             self._start()
+
+    def left_hub(self) -> None:
+        """Note that the link with the hub has ended."""
+        self.alone_since = time.monotonic()
 
     def end(self) -> None:
         """Look for nobody any more."""

@@ -28,6 +28,9 @@ _RUNTIME = "(rx: (worker_threads: 1), net: (handover: rx), acc: (handover: rx))"
 
 _SOURCE_LINE = re.compile(r" at \S+\.rs:\d+\.?")  # which Zenoh adds for its own developers
 
+# PROTOCOL/HOST:PORT, perhaps with Zenoh's options behind it, or a path
+_ENDPOINT = re.compile(r"(unixsock-stream|unixpipe|serial)/.+|[a-z]+/.+:\d+([?#].*)?")
+
 _unprotected: list[str] = []  # endpoints of this process that leave the machine
 
 _SETTINGS = {
@@ -105,7 +108,7 @@ def check_local(endpoints: Iterable[str], insecure: bool = False) -> None:
     ``insecure`` permits it; so does a bus that was announced on this machine as insecure.
     Then it is said, once per process.
     """
-    remote = [endpoint for endpoint in endpoints if not is_local(endpoint)]
+    remote = [endpoint for endpoint in map(_checked, endpoints) if not is_local(endpoint)]
     for endpoint in remote:
         if not (insecure or runtime_directory.is_insecure(endpoint)):
             raise BusError(
@@ -117,6 +120,12 @@ def check_local(endpoints: Iterable[str], insecure: bool = False) -> None:
     _unprotected.extend(endpoint for endpoint in remote if endpoint not in _unprotected)
     if silent and remote:
         logger.warning("%s", insecure_notice())
+
+
+def _checked(endpoint: str) -> str:
+    if not _ENDPOINT.fullmatch(endpoint):
+        raise BusError(f"bad endpoint {endpoint!r}: expected such as tcp/127.0.0.1:7512")
+    return endpoint
 
 
 def insecure_notice() -> str:

@@ -4,11 +4,11 @@ An input's connections belong to its owner, which is asked over its RPC port. Wi
 ``persist`` the hub keeps the wish too, and tells it whoever opens that input later.
 """
 
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from bus.claims import Asker
 from bus.connector import differs
-from bus.errors import BusError
+from bus.errors import BusError, RpcAbsent
 from bus.introspection import hear_all, wait_for_port
 from bus.names import check_name
 from bus.node import Node
@@ -18,11 +18,16 @@ from bus.wishes import WISHES
 
 
 class Connection(NamedTuple):
-    """An input reads an output; ``persistent`` when the hub keeps the wish."""
+    """That an input reads an output, or shall (not); ``persistent`` when the hub keeps the wish.
+
+    ``state`` is ``connected``, ``waiting`` (one of the ports does not stand, or the input is
+    to be opened again) or ``apart`` (disconnected for good).
+    """
 
     source: str
     sink: str
     persistent: bool
+    state: Literal["connected", "waiting", "apart"] = "connected"
 
 
 def connect(
@@ -43,7 +48,7 @@ def connect(
     _check_pair(*_standing(node, timeout, source, sink))
     if persist:
         _wish(node, ["set", sink, source, True], timeout)
-    return _ask_owner(node, "connect", source, sink, timeout)
+    return _ask_owner(node, "connect", source, sink, timeout, persist)
 
 
 def disconnect(
@@ -64,7 +69,7 @@ def disconnect(
             return _connected(sink, reader)
     else:
         wait_for_port(node, sink, timeout)
-    return _ask_owner(node, "disconnect", source, sink, timeout)
+    return _ask_owner(node, "disconnect", source, sink, timeout, persist)
 
 
 def forget(node: Node, source: str, sink: str, timeout: float = 2.0) -> dict[str, Any]:
@@ -81,15 +86,23 @@ def forget(node: Node, source: str, sink: str, timeout: float = 2.0) -> dict[str
 
 
 def connections(node: Node, timeout: float = 2.0) -> list[Connection]:
-    """Return what is connected now, and what is wished but does not stand, sorted."""
-    wished = {
-        (source, sink)
-        for sink, wishes in _wish(node, ["all"], timeout).items()
-        for source, wanted in wishes.items()
-        if wanted
+    """Return what is connected now, and what is wished for good, sorted."""
+    wishes = {
+        (source, sink): wanted
+        for sink, wished in _wish(node, ["all"], timeout).items()
+        for source, wanted in wished.items()
     }
     now = {(source, token.name) for token in node.directory.tokens() for source in token.sources}
-    return [Connection(*pair, pair in wished) for pair in sorted(now | wished)]
+    return [
+        _connection(node, pair, pair in now, wishes.get(pair)) for pair in sorted(now | set(wishes))
+    ]
+
+
+def _connection(node: Node, pair: tuple[str, str], reads: bool, wished: bool | None) -> Connection:
+    if reads:
+        stands = node.directory.owner(pair[0]) is not None
+        return Connection(*pair, bool(wished), "connected" if stands else "waiting")
+    return Connection(*pair, True, "waiting" if wished else "apart")
 
 
 def _check_names(source: str, sink: str) -> None:
@@ -111,12 +124,19 @@ def _check_pair(writer: Token | None, reader: Token | None) -> None:
         raise BusError(differs(writer.name, writer.type, reader.name, reader.type))
 
 
-def _ask_owner(node: Node, verb: str, source: str, sink: str, timeout: float) -> dict[str, Any]:
+def _ask_owner(
+    node: Node, verb: str, source: str, sink: str, timeout: float, kept: bool
+) -> dict[str, Any]:
     reader = node.directory.owner(sink)
     if reader is None:
         return _connected(sink, None)
     arguments = {"sink": sink, "source": source}
-    return node.call(f"/{reader.owner.service}/rpc:i", verb, arguments, timeout)
+    try:
+        return node.call(f"/{reader.owner.service}/rpc:i", verb, arguments, timeout)
+    except RpcAbsent:
+        if not kept:
+            raise
+        return _connected(sink, None)  # it has just gone, and hears of the wish when it is back
 
 
 def _connected(sink: str, reader: Token | None) -> dict[str, Any]:

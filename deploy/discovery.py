@@ -51,7 +51,7 @@ def require_service(node: Node, name: str) -> dict[str, Any]:
         UsageError: There is none; near names are suggested, and those that exist.
     """
     hear_all(node, lambda: is_there(node, name), timeout=DEADLINE)
-    if is_there(node, name):
+    if is_there(node, name) and not name.startswith("/"):
         return wait_for_service(node, name, timeout=0.0)
     ready = sorted({owner.service for owner in node.directory.services()})
     hint = did_you_mean(name, ready)

@@ -46,8 +46,8 @@ class Composer:
     recorded stream can be written again.
     """
 
-    def __init__(self, type_name: str, fields: list[dict[str, Any]]):
-        self.type = build(type_name, fields)
+    def __init__(self, type_name: str, fields: list[dict[str, Any]], description: str = ""):
+        self.type = build(type_name, fields, description)
         self._name = type_name
         self._fields = {entry["name"]: entry for entry in fields}
 

@@ -6,9 +6,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from bus import Node, runtime_directory
+from bus import BusError, Node, runtime_directory
 from bus.child import command
-from deploy.errors import CommandError
 from deploy.launcher.endpoints import with_free_port
 from deploy.options import Connection
 
@@ -18,17 +17,16 @@ START = 30.0  # [s] for a hub of our own, on a busy machine
 
 @contextmanager
 def open_bus(
-    connection: Connection, deadline: float = HUB_DEADLINE, take_over: bool = False
+    connection: Connection, deadline: float | None = None, take_over: bool = False
 ) -> Iterator[Node]:
     """Open a node under a name of its own, see the hub, and close the node with the verb.
 
     Args:
-        deadline: How long to wait for the hub [s].
+        deadline: How long to wait for the hub [s]; None is `HUB_DEADLINE`.
         take_over: Take names from those who have them, who then end.
 
     Raises:
-        CommandError: Nobody answers at the hub's endpoint.
-        BusError: No bus was found, or several.
+        BusError: No bus was found, or several, or nobody answers at the hub's endpoint.
     """
     with Node(
         f"wrenchbus-{os.getpid()}",
@@ -39,7 +37,7 @@ def open_bus(
         insecure=connection.insecure,
         take_over=take_over,
     ) as node:
-        _meet_hub(node, deadline)
+        _meet_hub(node, HUB_DEADLINE if deadline is None else deadline)
         yield node
 
 
@@ -49,7 +47,7 @@ def _meet_hub(node: Node, patience: float) -> None:
         if not node.running:
             raise KeyboardInterrupt
         if time.monotonic() > deadline:
-            raise CommandError(f"no hub answers at {node.endpoint}")
+            raise BusError(f"no hub answers at {node.endpoint}")
         time.sleep(0.005)
 
 

@@ -44,6 +44,18 @@ def messages(node: Node, entry: Input, seconds: float | None) -> Iterator[Receiv
             yield received
 
 
+def missed(entry: Input) -> str:
+    """Return in words what an input did not get, or could not keep or read; empty when nothing."""
+    counted = entry.statistics
+    kinds = {
+        "lost on the wire": counted.lost,
+        "dropped, as they came faster than they were taken": counted.dropped,
+        "too late to be read": counted.late,
+        "refused": counted.refused + counted.foreign,
+    }
+    return ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
+
+
 def as_map(port: str, received: Received) -> dict[str, Any]:
     """Return a message as ``{port, envelope, data}``."""
     data = {name: getattr(received.data, name) for name in received.data.__dataclass_fields__}

@@ -48,7 +48,8 @@ class Writer:
         self._info = describe(node, type_of or port)
         if type_of is None and not take_over and self._info["direction"] != "input":
             raise UsageError(f"{port} is an output of {self._info['owner']['service']}")
-        self._composer = Composer(self._info["type"], self._info["fields"])
+        described = (self._info[key] for key in ("type", "fields", "description"))
+        self._composer = Composer(*described)
         self._output = self._open(self._info.get("model", "") if model is None else model)
         self._counted = self._count(self._info)
 

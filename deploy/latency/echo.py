@@ -4,14 +4,15 @@ What comes from the asker goes back, over ports and, beside them, over Zenoh alo
 """
 
 import argparse
+import threading
+from contextlib import closing
 
 import zenoh
-from zenoh.handlers import Callback
+from zenoh.handlers import FifoChannel
 
 from bus import Node
 from bus.session import MAX_MESSAGE
 from bus.signals import stop_flag
-from bus.threads import adopt
 from deploy.latency.messages import PING, PONG, RAW_PING, RAW_PONG, Payload
 
 
@@ -27,24 +28,31 @@ def main() -> None:
         name, source = f"/{node.name}/in:i", f"/{asker}/{PING}"
         pings = node.input(name, Payload, source, max_message=MAX_MESSAGE)
         pongs = node.output(f"/{asker}/echo/{PONG}", Payload, max_message=MAX_MESSAGE)
-        raw = echo_raw(node.session, asker)
-        node.ready()
-        while node.running:
-            node.wait(0.1)
-            while (received := pings.read()) is not None:
-                pongs.write(received.data, like=received.envelope)
-        raw.undeclare()
+        with closing(RawEcho(node.session, asker)):
+            node.ready()
+            while node.running:
+                node.wait(0.1)
+                while (received := pings.read()) is not None:
+                    pongs.write(received.data, like=received.envelope)
 
 
-def echo_raw(session: zenoh.Session, asker: str) -> zenoh.Subscriber:
-    """Send back what comes without the bus, in the thread in which it comes."""
-    publisher = raw_publisher(session, f"{asker}/{RAW_PONG}")
+class RawEcho:
+    """Sends back what comes without the bus, from a thread of Python's, as services do."""
 
-    def echo(sample: zenoh.Sample) -> None:
-        adopt()
-        publisher.put(sample.payload)
+    def __init__(self, session: zenoh.Session, asker: str):
+        self._publisher = raw_publisher(session, f"{asker}/{RAW_PONG}")
+        self._subscriber = session.declare_subscriber(f"{asker}/{RAW_PING}", FifoChannel(16))
+        self._thread = threading.Thread(target=self._echo, name="echo")
+        self._thread.start()
 
-    return session.declare_subscriber(f"{asker}/{RAW_PING}", Callback(echo, indirect=False))
+    def _echo(self) -> None:
+        for sample in self._subscriber.handler:  # ends when the subscriber does
+            self._publisher.put(sample.payload.to_bytes())
+
+    def close(self) -> None:
+        """Send nothing back any more."""
+        self._subscriber.undeclare()
+        self._thread.join()
 
 
 def raw_publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:

@@ -47,7 +47,7 @@ def _paced(node: Node, asker: Asker, count: int, rate: float) -> list[float | No
     while len(trips) < count and node.running:
         trips.append(asker.trip(TIMEOUT))
         due = max(due + 1.0 / rate, time.perf_counter())
-        time.sleep(due - time.perf_counter() if due > time.perf_counter() else 0.0)
+        time.sleep(max(due - time.perf_counter(), 0.0))
     return trips
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from deploy.errors import UsageError
+from deploy.errors import CommandError
 from deploy.options import Json, Robot, on_the_bus
 from deploy.output import print_json, print_line, print_table
 
@@ -43,7 +43,7 @@ def clock(
 
     rows = look_at_clocks(node, MEASURE)
     if not rows:
-        raise UsageError("no clock on this bus: nothing is simulated, all time is wall time")
+        raise CommandError("no clock on this bus: nothing is simulated, all time is wall time")
     if as_json:
         print_json(rows)
     else:

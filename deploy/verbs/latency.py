@@ -22,8 +22,8 @@ def latency_test(
 ) -> None:
     """Measure round trips through the bus and through Zenoh alone, between two processes.
 
-    On the bus that runs, or on one that is started for it. Zenoh alone is answered in
-    Zenoh's own thread, the bus by the main thread, as services do.
+    On the bus that runs, or on one that is started for it. Both are taken over from Zenoh's
+    thread by one of Python's, as services do.
     """
     from deploy.latency.measurement import measure
     from deploy.session import any_bus

@@ -38,9 +38,11 @@ def info(
         print_json(entry)
         return
     print_line(f"{entry['name']}: {entry['direction']} of {_owner(entry)}, {entry['type']}")
-    print_line(f"nominal rate: {entry['nominal_hz']:g} Hz")
+    print_line(f"nominal rate: {entry['nominal_hz']:g} Hz{_of_late(entry)}")
     if entry["sources"]:
         print_line(f"reads: {', '.join(entry['sources'])}")
+    if "fresh" in entry:
+        print_line(f"state: {entry['reason'] or 'fresh'}")
     for line in entry.get("description", "").strip().splitlines():
         print_line(line.strip())
     if "fields" in entry:
@@ -53,6 +55,10 @@ def info(
         print_line(f"{name}: {value}")
     if "error" in entry:
         print_line(f"its owner does not tell more: {entry['error']}")
+
+
+def _of_late(port: dict[str, Any]) -> str:
+    return f"; of late {port['hz']:.4g} Hz" if "hz" in port else ""
 
 
 def _owner(port: dict[str, Any]) -> str:

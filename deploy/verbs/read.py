@@ -6,7 +6,7 @@ import typer
 
 from deploy.errors import CommandError
 from deploy.options import Json, Port, Seconds, on_the_bus
-from deploy.output import print_json, print_line, reader_gone
+from deploy.output import print_json, print_line, print_warning, reader_gone
 
 if TYPE_CHECKING:
     from bus import Node, Received
@@ -27,16 +27,20 @@ def read(
 ) -> None:
     """Print the messages of a port; Ctrl-C ends it.
 
-    With --json one object per line, always with its envelope.
+    With --json one object per line, always with its envelope. What was missed is told at the
+    end, on standard error.
     """
-    from deploy.streams import messages, open_port
+    from deploy.streams import messages, missed, open_port
 
-    for number, received in enumerate(messages(node, open_port(node, port), seconds), start=1):
+    entry = open_port(node, port)
+    for number, received in enumerate(messages(node, entry, seconds), start=1):
         if number > 1 and not as_json:
             print_line("---")
         _show(port, received, envelope, as_json)
         if number == count:
             break
+    if (told := missed(entry)) and not reader_gone():
+        print_warning(f"messages of {port} missed: {told}")
 
 
 @on_the_bus

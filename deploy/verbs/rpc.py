@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from deploy.arguments import arguments
-from deploy.completion import complete_port
+from deploy.completion import complete_either
 from deploy.options import Json, on_the_bus
 from deploy.output import print_answer, print_json
 
@@ -18,7 +18,11 @@ def rpc(
     node: "Node",
     port: Annotated[
         str,
-        typer.Argument(help="RPC port, as /torque_observer/rpc:i.", autocompletion=complete_port),
+        typer.Argument(
+            metavar="PORT_OR_SERVICE",
+            help="RPC port, as /torque_observer/rpc:i, or its service, as torque_observer.",
+            autocompletion=complete_either,
+        ),
     ],
     verb: Annotated[str, typer.Argument(help="What to ask; `help` lists the verbs.")] = "help",
     pairs: Annotated[
@@ -28,10 +32,9 @@ def rpc(
     as_json: Json = False,
 ) -> None:
     """Send a request to a service and print the answer."""
-    from deploy.discovery import require_rpc_port
+    from deploy.discovery import rpc_port
 
-    require_rpc_port(node, port)
-    answer = node.call(port, verb, arguments(pairs or []), timeout=timeout)
+    answer = node.call(rpc_port(node, port), verb, arguments(pairs or []), timeout=timeout)
     if as_json:
         print_json(answer)
     else:

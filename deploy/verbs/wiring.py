@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from deploy.completion import complete_port
+from deploy.errors import UsageError
 from deploy.options import Json, at_most_one, on_the_bus
 from deploy.output import print_json, print_line, print_table
 
@@ -31,6 +32,7 @@ def connect(
     from bus.wiring import connect as connect_ports
     from deploy.discovery import require_port
 
+    _check_names(source, sink)
     if not persist:
         require_port(node, source)
         require_port(node, sink)
@@ -43,7 +45,10 @@ def connect(
 
 @on_the_bus
 def connections(node: "Node", as_json: Json = False) -> None:
-    """List who reads whom, and what shall be connected for good."""
+    """List who reads whom, and what shall be connected, or apart, for good.
+
+    A connection waits when one of its ports does not stand, or the input is to be opened again.
+    """
     from bus.introspection import hear_all
     from bus.wiring import connections as all_connections
 
@@ -52,7 +57,7 @@ def connections(node: "Node", as_json: Json = False) -> None:
     if as_json:
         print_json(rows)
     else:
-        print_table(rows, ["source", "sink", "persistent"])
+        print_table(rows, ["source", "sink", "state", "persistent"])
 
 
 @on_the_bus
@@ -75,16 +80,29 @@ def disconnect(
     from deploy.discovery import require_port
 
     at_most_one({"--persist": persist, "--forget": forget})
+    _check_names(source, sink)
     if forget:
-        _tell(forget_wish(node, source, sink), as_json)
+        _tell(forget_wish(node, source, sink), as_json, "forgotten; at present ")
         return
     if not persist:
         require_port(node, sink)
     _tell(disconnect_ports(node, source, sink, persist=persist), as_json)
 
 
-def _tell(result: dict[str, Any], as_json: bool) -> None:
+def _check_names(source: str, sink: str) -> None:
+    from bus import BusError
+    from bus.names import check_name
+
+    try:
+        check_name(source, "output")
+        check_name(sink, "input")
+    except BusError as error:
+        raise UsageError(str(error)) from None
+
+
+def _tell(result: dict[str, Any], as_json: bool, before: str = "") -> None:
     if as_json:
         print_json(result)
     else:
-        print_line(f"{result['sink']} reads {', '.join(result['sources']) or 'nothing'}")
+        sources = ", ".join(result["sources"]) or "nothing"
+        print_line(f"{before}{result['sink']} reads {sources}")

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from bus import BusError, Node, runtime_directory
-from bus.session import LOOPBACK, is_local, where_to_listen
+from bus.session import LOOPBACK, check_local, is_local, where_to_listen
 
 
 @pytest.fixture(autouse=True)
@@ -104,6 +104,18 @@ def test_endpoints_that_leave_the_machine_are_told_apart(endpoint, local):
 def test_an_unprotected_endpoint_of_another_machine_is_refused():
     with pytest.raises(BusError, match="leaves this machine.*--insecure"):
         Node("x", connect="tcp/192.0.2.1:7512", signals=False)
+
+
+@pytest.mark.parametrize("endpoint", ["nonsense", "127.0.0.1:7512", "tcp/127.0.0.1", "tcp/h:x"])
+def test_what_is_no_endpoint_is_told_from_one_that_leaves_the_machine(endpoint):
+    with pytest.raises(BusError, match=f"bad endpoint '{endpoint}': expected such as tcp/127"):
+        check_local([endpoint], insecure=True)
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/[::1]:7512", "tcp/h:7512#iface=eth0", "unixpipe/tmp/x"])
+def test_all_kinds_of_endpoints_are_let_through_where_that_is_allowed(endpoint, monkeypatch):
+    monkeypatch.setattr("bus.session._unprotected", [])
+    check_local([endpoint], insecure=True)
 
 
 def test_only_who_may_leave_the_machine_listens_where_others_reach_it():

@@ -9,6 +9,7 @@ import pytest
 
 from bus import BusError, NameTaken, Node
 from bus.testing import Process, eventually, free_port, start_hub
+from bus.wiring import connect
 from tests.bus.messages import Number
 
 
@@ -84,6 +85,25 @@ def test_a_hub_that_comes_back_knows_the_names(own_hub, two):
         again.clean_up()
 
 
+def test_a_hub_that_was_killed_still_knows_what_is_connected_for_good(tmp_path):
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    options = ("--listen", endpoint, "--settle", "0", "--no-announce", "--state", str(tmp_path))
+    hubs = [Process("bus.hub", *options)]
+    try:
+        with Node("asker", connect=endpoint, signals=False) as asker:
+            asker.ready(timeout=60.0)
+            connect(asker, "/w/x:o", "/late/x:i", persist=True)
+        hubs[0].kill()
+        hubs.append(Process("bus.hub", *options))
+        with Node("late", connect=endpoint, signals=False) as late:
+            inp = late.input("/late/x:i", Number)
+            late.ready(timeout=60.0)
+            assert inp.sources == ("/w/x:o",)
+    finally:
+        for process in hubs:
+            process.clean_up()
+
+
 def test_a_node_waits_for_a_hub_that_comes_late():
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with Node("early", connect=endpoint, signals=False) as node:
@@ -124,7 +144,7 @@ def test_a_hub_announces_itself_and_takes_its_entry_away(tmp_path):
     ("arguments", "complaint"),
     [
         (["--listen", "tcp/0.0.0.0:7512"], "hub: endpoint tcp/0.0.0.0:7512 leaves this machine"),
-        (["--listen", "nonsense"], "hub: endpoint nonsense leaves this machine"),
+        (["--listen", "nonsense"], "hub: bad endpoint 'nonsense': expected such as tcp/127"),
     ],
 )
 def test_a_hub_that_cannot_work_says_why(arguments, complaint):

@@ -91,13 +91,16 @@ def test_of_simultaneous_claimants_exactly_one_wins(hub, race):
     assert sorted(outcomes) == ["taken", "taken", "taken", "won"]
 
 
-def test_of_two_that_stand_the_lower_source_resigns(node, hub):
+@pytest.mark.parametrize(
+    ("epoch", "source"), [(0, b"\xff"), (1, b"\0")], ids=["later source", "higher epoch"]
+)
+def test_of_two_that_stand_the_lower_one_resigns(node, hub, epoch, source):
     out = node.output("/a/x:o", Number)
     node.ready()
     stranger = open_session("peer", [hub], ["tcp/127.0.0.1:0"])
     owner = Owner("stranger", "host", 1, str(stranger.zid()))
     low = Token("/a/x:o", "output", "Number/1", 0.0, owner, 0, bytes(16), ())
-    high = low._replace(source=b"\xff" * 16)
+    high = low._replace(epoch=epoch, source=source * 16)
     with stranger:
         tokens = [stranger.liveliness().declare_token(low.key())]
         eventually(lambda: len(node.directory._ports.get("/a/x:o", ())) == 2)
@@ -107,6 +110,27 @@ def test_of_two_that_stand_the_lower_source_resigns(node, hub):
         with pytest.raises(NameTaken, match="lost /a/x:o: .*taken by stranger"):
             eventually(lambda: node.wait(0.05) and False)
         assert not out.standing
+
+
+def test_a_later_claim_in_a_lower_epoch_does_not_win(hub):
+    """As after a cut in which somebody claimed anew what was taken over before it."""
+    with Node("first", connect=hub, signals=False) as first:
+        first.output("/a/x:o", Number)
+        first.ready()
+        with (
+            Node("second", connect=hub, take_over=True, signals=False) as second,
+            open_session("peer", [hub], ["tcp/127.0.0.1:0"]) as stranger,
+        ):
+            out = second.output("/a/x:o", Number)
+            second.ready()
+            owner = Owner("stranger", "host", 1, str(stranger.zid()))
+            later = Token("/a/x:o", "output", "Number/1", 0.0, owner, 0, b"\xff" * 16, ())
+            tokens = [stranger.liveliness().declare_token(later.key())]
+            eventually(lambda: later in second.directory._ports.get("/a/x:o", {}).values())
+            second.wait(0.0)
+            out.write(Number(value=1.0))
+            assert out.standing and second.directory.leader("/a/x:o") == out.source
+            del tokens
 
 
 def token(name, source=None, epoch=0):

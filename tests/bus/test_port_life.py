@@ -108,7 +108,7 @@ def test_connections_are_counted_exactly(hub, node):
     readers = [open_reader(hub, name=f"r{k}") for k in range(3)]
 
     def sinks():
-        return [sink for source, sink, _ in connections(node) if source == "/w/x:o"]
+        return [sink for source, sink, *_ in connections(node) if source == "/w/x:o"]
 
     try:
         for k, (reader, _) in enumerate(readers):

@@ -1,12 +1,16 @@
 """Names are taken over on purpose, and agreed on where no hub answers."""
 
 import threading
+import time
 
 import pytest
 
-from bus import BusError, NameTaken, Node
+from bus import BusError, NameTaken, Node, claims
 from bus.introspection import wait_for_service
+from bus.links import alone_since
+from bus.rpc import Request
 from bus.testing import collect, eventually, start_hub
+from bus.tokens import Token
 from tests.bus.messages import Number
 
 TOY = "tests.bus.toys"
@@ -71,6 +75,36 @@ def test_without_a_hub_a_new_name_is_claimed_among_peers(linked_without_hub):
     eventually(lambda: out.matched)
     out.write(Number(value=1.0))
     assert eventually(inp.newest).data.value == 1.0
+
+
+def test_a_rival_that_stands_between_the_look_and_the_claim_is_not_overlooked(linked_without_hub):
+    first, second, _ = linked_without_hub
+    rival = Token("/late/x:o", "output", "Number/1", 0.0, second.owner, 0, b"\xff" * 16, ())
+    with second.session.liveliness().declare_token(rival.key()):
+        eventually(lambda: first.directory.owner("/late/x:o") == rival)
+        looks, owner_of = iter([None]), first.ports._owner_of
+        first.ports._owner_of = lambda name: next(looks, owner_of(name))
+        with pytest.raises(NameTaken, match="lost /late/x:o: .* is taken by peer1"):
+            first.output("/late/x:o", Number)
+    first.wait(0.0)
+
+
+def test_who_has_been_without_a_hub_for_a_while_does_not_wait_for_it_again(
+    linked_without_hub, monkeypatch
+):
+    writer, *_ = linked_without_hub
+    eventually(lambda: time.monotonic() > alone_since(writer.session) + claims.ALONE)
+    asked = []
+    ask = lambda *arguments, **more: asked.append(Request(*arguments, **more)) or asked[-1]  # noqa: E731
+    monkeypatch.setattr(claims, "Request", ask)
+    assert writer.output("/late/x:o", Number).standing
+    assert len(asked) == 1
+
+
+def test_who_is_linked_with_a_hub_is_not_alone(hub, node):
+    node.ready()
+    now = time.monotonic()
+    assert alone_since(node.session) >= now
 
 
 def test_without_a_hub_who_has_a_name_keeps_it(linked_without_hub):

@@ -2,11 +2,12 @@
 
 import contextlib
 import json
+import threading
 
 import pytest
 
 from bus import BusError, Node
-from bus.errors import RpcError
+from bus.errors import RpcAbsent, RpcError
 from bus.testing import eventually, running_hub
 from bus.wiring import Connection, connect, connections, disconnect, forget
 from bus.wishes import Wishes
@@ -17,7 +18,7 @@ SINK = "/toy/in:i"
 
 
 @contextlib.contextmanager
-def writer(hub, name="/other/out:o", message=Number):
+def writing(hub, name="/other/out:o", message=Number):
     """A place on the bus with one output that stands."""
     with Node("writer", connect=hub, signals=False) as opened:
         out = opened.output(name, message)
@@ -46,7 +47,7 @@ def test_a_third_party_connects_and_disconnects_two_ports(start, hub, node):
     start(TOY)
     inp = node.input("/test/in:i", Number, source="/toy/out:o")
     node.ready()
-    with writer(hub) as out:
+    with writing(hub) as out:
         told = connect(node, "/other/out:o", SINK)
         assert told == {"sink": SINK, "sources": ["/test/out:o", "/other/out:o"]}
         doubled(node, out, inp, 4.0)
@@ -58,14 +59,26 @@ def test_a_third_party_connects_and_disconnects_two_ports(start, hub, node):
         eventually(lambda: sources(node) == ["/test/out:o"])
 
 
+def test_connecting_waits_a_little_for_a_port_that_is_just_being_opened(start, hub, node):
+    start(TOY)
+    node.ready()
+    with Node("writer", connect=hub, signals=False) as late:
+        late.output("/other/out:o", Number)
+        opening = threading.Timer(0.3, late.ready)
+        opening.start()
+        told = connect(node, "/other/out:o", SINK, timeout=30.0)
+        opening.join()
+    assert told["sources"] == ["/test/out:o", "/other/out:o"]
+
+
 def test_a_connection_survives_the_restart_of_its_output(start, hub, node):
     start(TOY)
     inp = node.input("/test/in:i", Number, source="/toy/out:o")
     node.ready()
-    with writer(hub) as out:
+    with writing(hub) as out:
         connect(node, "/other/out:o", SINK)
         doubled(node, out, inp, 1.0)
-    with writer(hub) as out:
+    with writing(hub) as out:
         doubled(node, out, inp, 2.0)
 
 
@@ -73,10 +86,12 @@ def test_a_persistent_connection_survives_the_restart_of_its_input(start, hub, n
     inp = node.input("/test/in:i", Number, source="/toy/out:o")
     node.ready()
     first = start(TOY)
-    with writer(hub) as out:
+    with writing(hub) as out:
         connect(node, "/other/out:o", SINK, persist=True)
         disconnect(node, "/test/out:o", SINK, persist=True)
         first.stop()
+        states = ["waiting", "apart", "waiting"]  # the last is our own input's
+        eventually(lambda: [c.state for c in connections(node)] == states)
         start(TOY)
         eventually(lambda: sources(node) == ["/other/out:o"])
         doubled(node, out, inp, 3.0)
@@ -89,17 +104,40 @@ def test_a_persistent_connection_may_be_wished_before_its_ports_exist(start, hub
     inp = node.input("/test/in:i", Number, source="/toy/out:o")
     node.ready()
     assert connect(node, "/other/out:o", SINK, persist=True) == {"sink": SINK, "sources": []}
-    assert Connection("/other/out:o", SINK, True) in connections(node)
+    assert Connection("/other/out:o", SINK, True, "waiting") in connections(node)
     start(TOY)
-    with writer(hub) as out:
+    with writing(hub) as out:
         doubled(node, out, inp, 5.0)
     forget(node, "/other/out:o", SINK)
+
+
+@pytest.mark.parametrize("change", [connect, disconnect])
+def test_a_wish_is_kept_though_the_owner_of_its_input_has_just_gone(
+    hub, writer, node, change, monkeypatch
+):
+    """Its name is seen for a moment yet."""
+
+    def nobody(*_: object) -> None:
+        raise RpcAbsent("nobody answers")
+
+    node.input("/test/in:i", Number, source="/other/out:o")
+    writer.output("/other/out:o", Number)
+    node.ready()
+    writer.ready()
+    with Node("asker", connect=hub, signals=False) as asker:
+        eventually(lambda: all(map(asker.directory.owner, ("/test/in:i", "/other/out:o"))))
+        monkeypatch.setattr(asker, "call", nobody)
+        told = change(asker, "/other/out:o", "/test/in:i", persist=True)
+        assert told == {"sink": "/test/in:i", "sources": []}
+        with pytest.raises(RpcAbsent):
+            change(asker, "/other/out:o", "/test/in:i")
+        forget(asker, "/other/out:o", "/test/in:i")
 
 
 def test_what_cannot_be_connected_is_refused_with_what_exists(start, hub, node):
     start(TOY)
     node.ready()
-    with writer(hub, "/other/mixed:o", Mixed):
+    with writing(hub, "/other/mixed:o", Mixed):
         eventually(lambda: all(map(node.directory.owner, (SINK, "/other/mixed:o"))))
         with pytest.raises(BusError, match="unknown port /tow/in:i .did you mean /toy/in:i"):
             connect(node, "/toy/out:o", "/tow/in:i", timeout=0.5)
@@ -115,7 +153,7 @@ def test_what_cannot_be_connected_is_refused_with_what_exists(start, hub, node):
 
 def test_a_polled_and_a_resting_input_are_rewired_too(hub, node):
     inp = node.input("/test/in:i", Number, depth=8, polled=True)
-    with writer(hub) as out:
+    with writing(hub) as out:
         node.ready()
         inp.rest(True)
         inp.connect("/other/out:o")
@@ -124,6 +162,24 @@ def test_a_polled_and_a_resting_input_are_rewired_too(hub, node):
         eventually(lambda: out.matched)
         out.write(Number(value=1.0))
         eventually(lambda: inp.newest())
+
+
+@pytest.mark.parametrize("polled", [False, True])
+def test_what_passes_while_an_input_is_disconnected_is_not_lost(hub, node, polled):
+    inp = node.input("/test/in:i", Number, "/other/out:o", depth=8, polled=polled)
+    with writing(hub) as out:
+        node.ready()
+        for connected in (True, False, True):
+            if connected:
+                inp.connect("/other/out:o")
+                eventually(lambda: out.matched and node.directory.leader("/other/out:o"))
+                eventually(lambda: out.write(Number(value=1.0)) or inp.newest())
+            else:
+                inp.disconnect("/other/out:o")
+                eventually(lambda: not out.matched)
+                for _ in range(5):
+                    out.write(Number(value=2.0))
+        assert (inp.statistics.lost, inp.statistics.repeated) == (0, 0)
 
 
 def test_wishes_outlive_the_hub(tmp_path):
@@ -160,7 +216,7 @@ def test_two_namespaces_have_wishes_of_their_own():
             Node("a", connect=endpoint, namespace="two", signals=False) as two,
         ):
             connect(one, "/x:o", "/y:i", persist=True)
-            assert connections(one) == [Connection("/x:o", "/y:i", True)]
+            assert connections(one) == [Connection("/x:o", "/y:i", True, "waiting")]
             assert connections(two) == []
 
 

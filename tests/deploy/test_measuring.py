@@ -1,11 +1,14 @@
 """``hz``, ``bw``, ``delay``, ``ping``, ``top``, ``sample``, ``read``: what flows."""
 
 import threading
+import time
+from functools import partial
 
 import numpy as np
 import pytest
 
 from bus import Node
+from deploy import streams
 from tests.bus.messages import Mixed, mixed
 
 OUT, IN = "/toy/out:o", "/toy/in:i"
@@ -34,7 +37,7 @@ def test_delay_says_that_clocks_must_agree(verb):
 @pytest.mark.parametrize(
     ("name", "titles"),
     [
-        ("hz", ("hz", "period_p50 [s]", "period_max [s]", "lost")),
+        ("hz", ("hz", "period_p50 [s]", "period_max [s]", "lost", "dropped")),
         ("bw", ("bytes_per_s", "size_p50 [B]", "seconds [s]")),
         ("delay", ("acquired_p99 [s]", "sent_max [s]", "received")),
     ],
@@ -42,6 +45,15 @@ def test_delay_says_that_clocks_must_agree(verb):
 def test_tables_of_what_flows_have_units(verb, name, titles):
     first = verb(name, OUT, "--seconds", "0.1").out.splitlines()[0]
     assert all(title in first for title in titles)
+
+
+def test_read_tells_what_it_missed_and_otherwise_nothing(verb, monkeypatch):
+    assert verb("read", OUT, "-n", "3").err == ""
+    monkeypatch.setattr(streams, "open_port", partial(streams.open_port, depth=1))
+    monkeypatch.setattr("deploy.verbs.read._show", lambda *_: time.sleep(0.1))  # a slow terminal
+    result = verb("read", OUT, "-n", "4")
+    assert result.status == 0
+    assert f"messages of {OUT} missed: " in result.err and " dropped, as they came" in result.err
 
 
 def test_sample_prints_one_message_and_ends(verb):

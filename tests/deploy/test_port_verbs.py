@@ -15,12 +15,17 @@ PORT = "/beacon/light:o"
 WITHOUT_ROBOT = """
 import sys
 from deploy.main import run
-_, bus, port = sys.argv
-for verb in ("list", "info", "where", "exists", "wait", "sample", "hz", "bw", "delay", "top"):
-    words = [] if verb in ("list", "top") else [port]
-    words += {"top": ["-n", "1"], "hz": ["--seconds", "0.1"]}.get(verb, [])
-    words += {"bw": ["--seconds", "0.1"], "delay": ["--seconds", "0.1"]}.get(verb, [])
-    assert run([verb, *words, "--connect", bus]) == 0, verb
+_, bus, out, sink = sys.argv
+for words in (
+    "list", "top -n 1", "connections", "status", "log", "param list toy", "rpc toy help",
+    "ping toy -n 1", f"info {out}", f"where {out}", f"exists {out}", f"wait {out}",
+    f"read {out} -n 1", f"echo {out} -n 1", f"sample {out}", f"hz {out} --seconds 0.1",
+    f"bw {out} --seconds 0.1", f"delay {out} --seconds 0.1", f"write {sink} value=0",
+    f"connect {out} {sink} --persist", f"disconnect {out} {sink}",
+    f"disconnect {out} {sink} --forget", "latency-test --seconds 0.1",
+):
+    verb, *rest = words.split()
+    assert run([verb, "--connect", bus, *rest]) == 0, words
 print([m for m in ("robot_model", "pinocchio", "viser", "robot_sim") if m in sys.modules])
 """
 
@@ -69,7 +74,12 @@ def test_info_tells_fields_units_and_statistics(ask):
 
 def test_info_as_text_says_what_a_message_is(bus, capsys):
     assert run(["info", PORT, "--connect", bus]) == 0
-    assert "\nWhere a beacon shines.\n" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "\nWhere a beacon shines.\n" in shown and "nominal rate: 100 Hz; of late " in shown
+
+
+def test_info_as_text_says_why_an_input_is_not_fresh(verb):
+    assert "\nstate: nobody writes /test/big:o\n" in verb("info", "/toy/big:i").out
 
 
 def test_read_prints_one_line_per_message_with_all_fields(ask):
@@ -96,7 +106,8 @@ def test_hz_measures_rate_and_losses(ask):
 
 
 def test_rpc_passes_arguments_and_prints_the_answer(ask):
-    assert ask("rpc", "/beacon/rpc:i", "shine", "brightness=0.5") == (0, [{"brightness": 0.5}])
+    for name in ("/beacon/rpc:i", "beacon"):
+        assert ask("rpc", name, "shine", "brightness=0.5") == (0, [{"brightness": 0.5}])
 
 
 @pytest.mark.parametrize("words", [("rpc", PORT), ("param", "list", PORT)])
@@ -144,8 +155,7 @@ def test_read_is_quiet_when_its_reader_goes(bus):
         assert reader.stderr.read() == b""
 
 
-def test_port_verbs_load_no_robot_package(bus):
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT_ROBOT, bus, PORT], capture_output=True, text=True, timeout=60
-    )
+def test_port_verbs_load_no_robot_package(toy_bus):
+    arguments = [sys.executable, "-c", WITHOUT_ROBOT, toy_bus, "/toy/out:o", "/toy/in:i"]
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=120)
     assert done.stdout.splitlines()[-1] == "[]", done.stderr

@@ -8,7 +8,7 @@ import psutil
 import pytest
 
 from bus import Node
-from bus.testing import eventually
+from bus.testing import eventually, free_port, start_hub
 from deploy.main import run
 from tests.bus.messages import Number
 
@@ -60,6 +60,24 @@ def test_wait_waits_for_the_bus_itself_too(runtime_directory, capsys):
     assert run(["wait", OUT, "--timeout", "0.5"]) == 1
     shown = capsys.readouterr().err
     assert "after 0.5 s: no bus is running" in shown and shown.count("\n") == 1
+
+
+def test_wait_waits_for_a_hub_at_a_certain_endpoint_too(monkeypatch, capsys):
+    monkeypatch.setattr("deploy.session.HUB_DEADLINE", 0.1)
+    endpoint, statuses = f"tcp/127.0.0.1:{free_port()}", []
+    arguments = ["wait", "hub", "--timeout", "60", "--connect", endpoint]
+    waiter = threading.Thread(target=lambda: statuses.append(run(arguments)))
+    waiter.start()
+    time.sleep(0.5)  # several looks in vain
+    assert waiter.is_alive()
+    _, hub = start_hub(endpoint)
+    try:
+        waiter.join(60.0)
+        assert statuses == [0]
+    finally:
+        hub.clean_up()
+    assert run([*arguments[:3], "0.1", *arguments[4:]]) == 1
+    assert f"hub is not there after 0.1 s: no hub answers at {endpoint}" in capsys.readouterr().err
 
 
 def test_where_tells_service_host_process_and_since_when(verb):

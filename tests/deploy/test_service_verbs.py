@@ -82,7 +82,8 @@ def test_clock_shows_time_state_and_rate(verb, toy_bus):
 
 
 def test_without_a_clock_that_is_said(verb):
-    assert "nothing is simulated" in verb("clock").err
+    result = verb("clock")
+    assert result.status == 1 and "nothing is simulated" in result.err
     assert "no" in verb("clock", "pause", "--robot", "icub").err
 
 
@@ -103,7 +104,7 @@ def test_a_wish_is_forgotten_and_the_present_connection_stays(verb):
     [told] = verb(*forget, "--json").documents
     assert told == {"sink": IN, "sources": ["/test/out:o", "/later/out:o"]}
     assert verb("disconnect", "/later/out:o", IN).status == 0
-    assert verb(*forget).out == f"{IN} reads /test/out:o\n"
+    assert verb(*forget).out == f"forgotten; at present {IN} reads /test/out:o\n"
     assert verb(*forget, "--persist").status == 2
 
 
@@ -111,6 +112,18 @@ def test_connect_tells_near_names_and_types_that_differ(verb):
     result = verb("connect", "/toy/uot:o", IN)
     assert result.status == 2 and f"did you mean {OUT}" in result.err
     assert "Number/1" in verb("connect", OUT, "/toy/big:i").err
+    result = verb("connect", IN, OUT, "--persist")
+    assert result.status == 2 and "the name of an output port ends in :o" in result.err
+
+
+def test_connections_tell_what_waits_and_what_is_kept_apart(verb):
+    for action in ("connect", "disconnect"):
+        assert verb(action, f"/later/{action}:o", IN, "--persist").status == 0
+    states = {row["source"]: row["state"] for row in verb("connections", "--json").documents[0]}
+    assert states["/later/connect:o"] == "waiting" and states["/later/disconnect:o"] == "apart"
+    for action in ("connect", "disconnect"):
+        verb("disconnect", f"/later/{action}:o", IN, "--forget")
+    verb("disconnect", "/later/connect:o", IN)
 
 
 def test_terminate_ends_a_service_and_returns_when_it_has_gone(hub, start, capsys):
@@ -118,6 +131,12 @@ def test_terminate_ends_a_service_and_returns_when_it_has_gone(hub, start, capsy
     assert run(["terminate", "mortal", "--connect", hub]) == 0
     assert "has ended" in capsys.readouterr().out
     assert process.ended() == 0
+
+
+@pytest.mark.parametrize("name", ["/toy/out:o", "nobody"])
+def test_only_a_service_is_terminated(verb, name):
+    result = verb("terminate", name)
+    assert result.status == 2 and f"no service {name}" in result.err and "toy" in result.err
 
 
 def test_down_without_a_launcher_says_so(verb):

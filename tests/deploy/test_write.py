@@ -5,7 +5,9 @@ import threading
 import pytest
 
 from bus import NameTaken, Node
+from bus.introspection import port_info
 from bus.testing import collect, eventually
+from deploy.writer import Writer
 from tests.bus.messages import Number
 
 IN, OUT = "/toy/in:i", "/toy/out:o"
@@ -75,6 +77,13 @@ def test_a_new_output_is_written_to_who_waits_for_it(verb, toy_bus):
         assert verb("write", "/mine:o", "value=7", "--type-of", OUT) == (0, "", "")
         [received] = collect(node, entry, 1)
     assert received.data.value == 7.0 and received.envelope.valid
+
+
+def test_a_new_output_describes_its_messages_as_the_port_that_lent_the_type(toy_bus):
+    with Node("mine", connect=toy_bus, signals=False) as node, Writer(node, "/mine:o", OUT):
+        described = [node.ports.get("/mine:o").info(), port_info(node, OUT)]
+        assert [told["description"] for told in described] == ["One number."] * 2
+        assert described[0]["fields"] == described[1]["fields"]
 
 
 @pytest.fixture
