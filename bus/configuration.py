@@ -12,7 +12,7 @@ from bus.validation import explain
 
 Config = TypeVar("Config", bound=BaseModel)
 DEFAULTS = "config.yaml"
-LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the former is ten times as fast
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast
 
 
 class ConfigurationError(BusError):

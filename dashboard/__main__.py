@@ -4,7 +4,7 @@ import os
 import sys
 
 from bus.service import serve
-from robot_model import load_robot, ports
+from robot_model import ports, robot_name
 
 from .config import DashboardConfig
 from .service import main
@@ -13,7 +13,7 @@ NICE = 10  # drawing must not delay the control chain: its bursts set that chain
 
 
 def _clock(config: DashboardConfig) -> str:
-    return ports.name("clock", load_robot(config.robot))
+    return ports.name("clock", robot_name(config.robot))
 
 
 if __name__ == "__main__":
