@@ -1,4 +1,4 @@
-"""What the processes load when they start: on two cores all of them wait for each other's imports."""
+"""What the processes load when they start: on two cores they all wait for each other."""
 
 import subprocess
 import sys
