@@ -17,6 +17,7 @@ def _clock(config: DashboardConfig) -> str:
 
 
 if __name__ == "__main__":
-    # before any thread exists: on Linux niceness belongs to the thread
+    # not before all is imported: among eight that start, a nice one is ready last by far;
+    # and before any thread exists: on Linux niceness belongs to the thread
     os.setpriority(os.PRIO_PROCESS, 0, max(NICE, os.getpriority(os.PRIO_PROCESS, 0)))
     sys.exit(serve(main, DashboardConfig, "dashboard", __package__, clock_port=_clock))
