@@ -192,8 +192,7 @@ def _by_axis(rows: Array) -> Array:
 def _block_diagonal(blocks: Array) -> Array:
     """Return (F r, F c): the blocks (F, r, c), each in rows and columns of its own."""
     count, rows, columns = blocks.shape
-    placed = np.zeros((count, rows, count, columns))
-    placed[np.arange(count), :, np.arange(count)] = blocks
+    placed = np.einsum("fg,frc->frgc", np.eye(count), blocks)
     return placed.reshape(count * rows, count * columns)
 
 
