@@ -1,27 +1,24 @@
 """A service's live settings: listed, read and set over RPC, validated by their pydantic model."""
 
 from collections.abc import Callable
-from typing import Any
-
-from pydantic import BaseModel, ValidationError
+from typing import TYPE_CHECKING, Any
 
 from bus.names import did_you_mean
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 Listener = Callable[[Any, Any], None]
 
 
-class NoSettings(BaseModel):
-    """Settings of a node that has none."""
-
-
 class Parameters:
-    """``value`` is a frozen pydantic model, replaced as a whole by every change.
+    """``value`` is a frozen pydantic model, replaced as a whole by every change; None: no settings.
 
     ``started`` is what it was at the start, by the service's configuration.
     """
 
-    def __init__(self, value: BaseModel | None = None):
-        self.value: Any = value or NoSettings()
+    def __init__(self, value: "BaseModel | None" = None):
+        self.value: Any = value
         self.started = self.value
         self._listeners: list[Listener] = []
 
@@ -31,14 +28,14 @@ class Parameters:
 
     def names(self) -> list[str]:
         """Return the dotted names of all settings."""
-        return list(_flatten(self.value.model_dump(mode="json")))
+        return list(_flatten(dump(self.value)))
 
     def get(self, name: str) -> Any:
         """Return one setting (or a group of them) by its dotted name."""
         return self._get(self.value, name)
 
-    def _get(self, settings: BaseModel, name: str) -> Any:
-        value: Any = settings.model_dump(mode="json")
+    def _get(self, settings: "BaseModel | None", name: str) -> Any:
+        value: Any = dump(settings)
         for key in name.split("."):
             if not isinstance(value, dict) or key not in value:
                 raise LookupError(self._unknown(name))
@@ -47,6 +44,8 @@ class Parameters:
 
     def set(self, name: str, value: Any) -> Any:
         """Set one setting; return it as validated, or raise ValueError with pydantic's reason."""
+        from bus.validation import validate
+
         self.get(name)
         changed = self.value.model_dump()
         *path, last = name.split(".")
@@ -57,7 +56,7 @@ class Parameters:
         self.replace(validate(type(self.value), changed))
         return self.get(name)
 
-    def replace(self, new: BaseModel) -> None:
+    def replace(self, new: "BaseModel") -> None:
         """Put a whole new value in force."""
         old, self.value = self.value, new
         try:
@@ -74,7 +73,7 @@ class Parameters:
     def handle(self, action: str, name: str = "", value: Any = None) -> Any:
         """Answer the verb ``param``: ``list``, ``get``, ``set`` or ``reset``."""
         if action == "list":
-            return _flatten(self.value.model_dump(mode="json"))
+            return _flatten(dump(self.value))
         if action == "get":
             return self.get(name)
         if action == "set":
@@ -89,36 +88,9 @@ class Parameters:
         return f"unknown parameter {name!r}{did_you_mean(name, names)}; there are: {listed}"
 
 
-def validate(model: type[BaseModel], values: Any) -> BaseModel:
-    """Return a validated model, or raise ValueError with one line per fault."""
-    try:
-        return model.model_validate(values)
-    except ValidationError as error:
-        raise ValueError("; ".join(explain(error, model))) from None
-
-
-def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """Return pydantic's complaints, one line each; unknown keys with what exists."""
-    return [_explain(item, model) for item in error.errors(include_url=False)]
-
-
-def _explain(item: Any, model: type[BaseModel]) -> str:
-    key = ".".join(map(str, item["loc"])) or "settings"
-    if item["type"] == "extra_forbidden":
-        names = list(_flatten_fields(model))
-        return f"{key}: unknown key{did_you_mean(key, names)}; there are: {', '.join(names)}"
-    return f"{key}: {item['msg']}, got {item['input']!r:.80}"
-
-
-def _flatten_fields(model: type[BaseModel], prefix: str = "") -> list[str]:
-    names = []
-    for name, field in model.model_fields.items():
-        kind = field.annotation
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            names += _flatten_fields(kind, f"{prefix}{name}.")
-        else:
-            names.append(prefix + name)
-    return names
+def dump(settings: "BaseModel | None") -> dict[str, Any]:
+    """Return settings as JSON has them."""
+    return {} if settings is None else settings.model_dump(mode="json")
 
 
 def _flatten(values: dict[str, Any], prefix: str = "") -> dict[str, Any]:

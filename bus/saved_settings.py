@@ -3,9 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from bus.parameters import Parameters
+from bus.parameters import Parameters, dump
 from bus.wishes import state_directory
 
 _ABSENT = object()
@@ -13,6 +11,8 @@ _ABSENT = object()
 
 def save_settings(service: str, parameters: Parameters) -> dict[str, str]:
     """Write ``changes`` into a file that ``--params`` reads; return its path."""
+    import yaml
+
     file = saved_file(service)
     file.parent.mkdir(parents=True, exist_ok=True)
     text = yaml.safe_dump(changes(parameters), sort_keys=False)
@@ -27,9 +27,10 @@ def saved_file(service: str) -> Path:
 
 def changes(parameters: Parameters) -> dict[str, Any]:
     """Return, nested as in the file, what differs from the start or from the model's defaults."""
+    if parameters.value is None:
+        return {}
     others = (parameters.started, type(parameters.value).model_construct())
-    dumped = [settings.model_dump(mode="json") for settings in (parameters.value, *others)]
-    return _unlike(dumped[0], dumped[1:])
+    return _unlike(dump(parameters.value), list(map(dump, others)))
 
 
 def _unlike(values: dict[str, Any], others: list[dict[str, Any]]) -> dict[str, Any]:

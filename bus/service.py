@@ -53,6 +53,7 @@ def serve(
         never_interrupts: Nobody waits for this service; it lets those finish who compute.
     """
     stop_flag.install()  # from here on a signal ends the process with status 0
+    gc.freeze()  # what was imported stays: 50 000 objects, which each full round would look at
     options = parser(name, main.__module__).parse_args()
     _prepare(options.log_level)
     if never_interrupts:

@@ -4,7 +4,7 @@ import os
 import sys
 
 from bus.service import serve
-from robot_model import load_robot, ports
+from robot_model import ports, robot_name
 
 from .config import DashboardConfig
 from .service import main
@@ -13,10 +13,11 @@ NICE = 10  # drawing must not delay the control chain: its bursts set that chain
 
 
 def _clock(config: DashboardConfig) -> str:
-    return ports.name("clock", load_robot(config.robot))
+    return ports.name("clock", robot_name(config.robot))
 
 
 if __name__ == "__main__":
-    # before any thread exists: on Linux niceness belongs to the thread
+    # not before all is imported: among eight that start, a nice one is ready last by far;
+    # and before any thread exists: on Linux niceness belongs to the thread
     os.setpriority(os.PRIO_PROCESS, 0, max(NICE, os.getpriority(os.PRIO_PROCESS, 0)))
     sys.exit(serve(main, DashboardConfig, "dashboard", __package__, clock_port=_clock))

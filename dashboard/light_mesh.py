@@ -30,5 +30,6 @@ def lighten(vertices: Array, triangles: Array, cell: float) -> tuple[Array, Arra
     moved = member[triangles]
     a, b, c = moved.T
     moved = moved[(a != b) & (b != c) & (c != a)]
-    _, first = np.unique(np.sort(moved, axis=1), axis=0, return_index=True)
+    keys = np.sort(moved, axis=1) @ np.array([len(means) ** 2, len(means), 1])  # one per triangle
+    _, first = np.unique(keys, return_index=True)
     return means, moved[np.sort(first)]

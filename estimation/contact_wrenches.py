@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-import scipy.linalg
 
 Array = np.ndarray
 
@@ -195,7 +194,13 @@ class ContactWrenches:
 
 def _block_diagonal(blocks: list[Array]) -> Array:
     """Return (6 c, u): each contact's columns (6, u_c) in rows of its own."""
-    return np.asarray(scipy.linalg.block_diag(*blocks)) if blocks else np.zeros((0, 0))
+    if not blocks:
+        return np.zeros((0, 0))
+    columns = np.hstack(blocks)  # (6, u)
+    owner = np.repeat(np.arange(len(blocks)), [block.shape[1] for block in blocks])
+    placed = np.zeros((len(blocks), 6, len(owner)))
+    placed[owner, :, np.arange(len(owner))] = columns.T
+    return placed.reshape(6 * len(blocks), len(owner))
 
 
 def _error(point: Array, scale: Array) -> Array:

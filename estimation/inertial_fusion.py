@@ -4,16 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import eigenpy
 import numpy as np
 import pinocchio as pin
-from scipy.linalg import get_lapack_funcs
 
 from estimation.sensor_kinematics import SensorKinematics, cross_maps
 from robot_model import Robot
 from robot_model.inertial import InertialSensor
 
 Array = np.ndarray
-(_posv,) = get_lapack_funcs(("posv",))
 
 
 @dataclass(frozen=True)
@@ -92,6 +91,7 @@ class InertialFusion:
         self._factor = np.array([s.noise for s in sensors])
         self._angular_velocity = np.zeros(3)
         self._motion = np.zeros(6)
+        self._cholesky = eigenpy.LLT(6)
         self._by_motion = np.zeros((15, 6))  # from position, velocity, … of a frame
         self._by_motion[9:] = np.eye(6)
         self._use(robot.home, np.ones(len(sensors), dtype=bool))
@@ -186,7 +186,8 @@ class InertialFusion:
         rest = seen[len(gyros) :] - own.reshape(-1, 3).take(self._own_rows, axis=0)
         design = self._design_now()
         weighted = design.T.dot(self._weight)
-        self._motion = motion = _posv(weighted.dot(design), weighted.dot(rest.ravel()))[1]
+        factor = self._cholesky.compute(weighted.dot(design))
+        self._motion = motion = factor.solve(weighted.dot(rest.ravel()))
         return BaseMotion(omega, motion[:3], motion[3:], True, "")
 
     def _own_accelerations(self, omega: Array) -> Array:

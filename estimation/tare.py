@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-import scipy.linalg
 
 from estimation.contact_set import support_by_subtree
 from estimation.oriented_graph import OrientedGraph
@@ -120,9 +119,11 @@ class Tare:
         supports = stance_supports(self._graph.robot, stance)
         free = [s for s in range(len(wrench)) if s not in supports]
         rows = matrix[free].reshape(6 * len(free), -1)
-        update = np.linalg.pinv(rows, rcond=1e-9) @ wrench[free].ravel()
+        left, values, right = np.linalg.svd(rows)
+        rank = np.count_nonzero(values > 1e-9 * values.max(initial=0.0))
+        update = right[:rank].T @ (left[:, :rank].T @ wrench[free].ravel() / values[:rank])
         names = self._graph.robot.ft_sensors
-        hidden = scipy.linalg.null_space(rows, rcond=1e-9).reshape(len(names), -1)
+        hidden = right[rank:].T.reshape(len(names), -1)
         unseen = np.abs(hidden).max(axis=1, initial=0.0) > 1e-6
         return TareResult(
             offset=offset + update.reshape(-1, 6) * self._scale,

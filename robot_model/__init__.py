@@ -9,12 +9,20 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from robot_model.errors import DescriptionError
-    from robot_model.load import load_robot
+    from robot_model.load import load_robot, robot_name
     from robot_model.robot import Robot
     from robot_model.surface import Surface
     from robot_model.tree import TreeModel, build_tree
 
-__all__ = ["DescriptionError", "Robot", "Surface", "TreeModel", "build_tree", "load_robot"]
+__all__ = [
+    "DescriptionError",
+    "Robot",
+    "Surface",
+    "TreeModel",
+    "build_tree",
+    "load_robot",
+    "robot_name",
+]
 
 _HOMES = {
     "DescriptionError": "errors",
@@ -23,6 +31,7 @@ _HOMES = {
     "TreeModel": "tree",
     "build_tree": "tree",
     "load_robot": "load",
+    "robot_name": "load",
 }
 
 

@@ -35,6 +35,15 @@ def load_robot(robot: str | Path = "icub") -> Robot:
     return _assemble(description, urdf.locked(description.locked_joints), file, package_dirs)
 
 
+def robot_name(robot: str | Path = "icub") -> str:
+    """Return the name that a robot's ports bear, which needs no URDF; see ``load_robot``.
+
+    Raises:
+        DescriptionError: Unknown robot, or a description that cannot be read.
+    """
+    return read_description(description_file(robot)).name
+
+
 def _assemble(description: Description, urdf: Urdf, file: Path, package_dirs: list[Path]) -> Robot:
     rows, sensors = description.joints, description.ft_sensors
     elements = tuple(ft_element(row, urdf) for row in sensors)

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.linalg import block_diag
 
 from robot_model import Robot, TreeModel
 from robot_sim.body import ExternalForces
@@ -93,7 +92,7 @@ class SoleContacts:
         local = [[w.joint_M_frame.act(c) for c in cs] for w, cs in zip(whole, corners, strict=True)]
         maps = [_wrench_map(w, p, cs) for w, p, cs in zip(whole, parts, corners, strict=True)]
         # One product for all feet is cheaper than one per foot, zeros included.
-        self._wrench_map = np.asarray(block_diag(*maps))
+        self._wrench_map = _block_diagonal(np.array(maps))
         self._point_map = _point_map(np.array(local))
         self._rows = np.array(joints)
         self._placements, self._twists = joint_rows(data.oMi), joint_rows(data.v)
@@ -190,6 +189,13 @@ def _by_axis(rows: Array) -> Array:
     return rows.reshape(-1, 3, rows.shape[1]).transpose(1, 0, 2).reshape(rows.shape)
 
 
+def _block_diagonal(blocks: Array) -> Array:
+    """Return (F r, F c): the blocks (F, r, c), each in rows and columns of its own."""
+    count, rows, columns = blocks.shape
+    placed = np.einsum("fg,frc->frgc", np.eye(count), blocks)
+    return placed.reshape(count * rows, count * columns)
+
+
 def _point_map(corners: Array) -> Array:
     """Return the map from the feet's twists and a 1 to corners [p 1] and velocities [v 0].
 
@@ -200,8 +206,8 @@ def _point_map(corners: Array) -> Array:
     points = np.zeros((feet, 4, 2 * size, 6 * feet + 1))
     points[:, :3, :size, -1] = corners.transpose(0, 2, 1)
     points[:, 3, :size, -1] = 1.0
-    velocity = block_diag(*[_by_axis(point_velocity_map(foot)) for foot in corners])
-    points[:, :3, size:, :-1] = np.asarray(velocity).reshape(feet, 3, size, -1)
+    velocity = _block_diagonal(np.array([_by_axis(point_velocity_map(foot)) for foot in corners]))
+    points[:, :3, size:, :-1] = velocity.reshape(feet, 3, size, -1)
     return points.reshape(-1, 6 * feet + 1)
 
 

@@ -13,13 +13,12 @@ DEADLINE = 60.0  # [s], for a very busy machine; a hub that ends is noticed at o
 LOOK = 0.5  # [s] between looks for a hub elsewhere
 
 
-def start_hub(hub: Process, endpoint: str, stopping: Callable[[], bool]) -> None:
-    """Start the hub and wait until it listens.
+def await_start(hub: Process, endpoint: str, stopping: Callable[[], bool]) -> None:
+    """Wait until a hub that was started here listens.
 
     Raises:
         CommandError: It does not.
     """
-    hub.start()
     deadline = time.monotonic() + DEADLINE
     while not accepts(endpoint):
         if not hub.alive:

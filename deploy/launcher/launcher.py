@@ -13,7 +13,7 @@ from deploy.errors import UsageError
 from deploy.launcher.application import Application
 from deploy.launcher.commands import Commands, params_of
 from deploy.launcher.endpoints import free_port, with_free_port
-from deploy.launcher.hub import await_hub, start_hub
+from deploy.launcher.hub import await_hub, await_start
 from deploy.launcher.logs import Log
 from deploy.launcher.others import OtherHosts, launcher_name
 from deploy.launcher.parts import Service
@@ -33,6 +33,7 @@ class Launcher:
         host: Which of the application's services are ours.
         on_ready: Called once, when every service of this host is ready for the first time.
         insecure: Allow links to other machines, which nothing protects.
+        check: Called while the hub starts, before any service does; it may refuse.
 
     Raises:
         BusError: The application has such links, and they are not allowed.
@@ -45,6 +46,7 @@ class Launcher:
         host: str = "localhost",
         on_ready: Callable[["Launcher"], None] = lambda launcher: None,
         insecure: bool = False,
+        check: Callable[[], None] = lambda: None,
     ):
         self.application = application
         self.namespace = namespace
@@ -61,7 +63,7 @@ class Launcher:
         self._commands = Commands(self.endpoint, namespace, self._listen, insecure, lasting)
         self.services = [self._process(name, spec) for name, spec in services.items()]
         self.hub = Process("hub", self._commands.hub(), self.log)
-        self._on_ready = on_ready
+        self._on_ready, self._check = on_ready, check
         self._was_ready = self._was_whole = False
         self._lacking: dict[str, list[str]] = {}
         self._stopping = self._ends_all = False
@@ -75,15 +77,18 @@ class Launcher:
         """Run until a signal, ``down``, the end of ``seconds`` [s] or of who reads our log.
 
         Raises:
-            UsageError: A service refused its settings before the application was ready.
+            UsageError: A service refused its settings before the application was ready, or
+                what ``check`` says.
             CommandError: The hub did not start.
         """
         end = None if seconds is None else time.monotonic() + seconds
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, self._stop)
         try:
             if self._has_hub:
-                start_hub(self.hub, self.endpoint, lambda: self._stopping)
+                self.hub.start()
+            self._check()
+            self._take_signals()
+            if self._has_hub:
+                await_start(self.hub, self.endpoint, lambda: self._stopping)
             elif not await_hub(self.application.hub, self.log, lambda: self._ends(end)):
                 return
             for process in self.services:
@@ -106,6 +111,10 @@ class Launcher:
     def status(self) -> list[dict[str, Any]]:
         """Return one entry per service of this host, as ``wrenchbus status --json`` prints them."""
         return [{**process.status(), "host": self._host} for process in self.processes]
+
+    def _take_signals(self) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, self._stop)
 
     def _stop(self, *_: Any) -> None:
         self._stopping = True

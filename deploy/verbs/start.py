@@ -37,7 +37,7 @@ def demo(
     speed: Annotated[float, typer.Option(min=0.05, max=10.0, help=SPEED_HELP)] = 1.0,
 ) -> None:
     """Start the simulated robot and all services, and open the page."""
-    from deploy.demo import demo_application
+    from deploy.demo import check_demo, demo_application
 
     application = demo_application(robot, scenario, profile, base.value, speed, not no_browser)
 
@@ -46,7 +46,10 @@ def demo(
         if not (no_browser or headless()):
             webbrowser.open(launcher.dashboard_url)
 
-    launch(application, "localhost", seconds, welcome)
+    def check() -> None:
+        check_demo(robot, scenario, profile)
+
+    launch(application, "localhost", seconds, welcome, check=check)
 
 
 def up(
@@ -114,7 +117,9 @@ def tell(launcher: "Launcher") -> None:
     print_line("stop:    Ctrl-C")
 
 
-def launch(application, host: str, seconds: float | None, on_ready, insecure=False) -> None:
+def launch(
+    application, host: str, seconds: float | None, on_ready, insecure=False, check=lambda: None
+) -> None:
     """Run an application's part of a host; raise UsageError when it has none."""
     from deploy.launcher.launcher import Launcher
 
@@ -124,7 +129,7 @@ def launch(application, host: str, seconds: float | None, on_ready, insecure=Fal
     namespace = application.hub.namespace
     if namespace is None:
         namespace = f"wrenchbus-{os.getpid()}"
-    Launcher(application, namespace, host, on_ready, insecure).run(seconds)
+    Launcher(application, namespace, host, on_ready, insecure, check).run(seconds)
 
 
 def headless() -> bool:

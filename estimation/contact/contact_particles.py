@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from estimation.contact.limb_touch import LimbTouch
 from estimation.contact.link_fits import LinkFits, Places
@@ -33,6 +32,8 @@ class _LimbSurface:
     """All stored points of the links of one limb, and where each leads to."""
 
     def __init__(self, surface: SurfacePoints, touch: LimbTouch):
+        from scipy.spatial import KDTree
+
         names = touch.names(touch.bodies)
         sizes = [len(surface.points[name]) for name in names]
         self.links = names

@@ -1,7 +1,7 @@
 """Run the base estimator: ``python -m services.base_estimator``."""
 
 from bus.service import serve
-from robot_model import load_robot, ports
+from robot_model import ports, robot_name
 from services.base_estimator.config import BaseEstimatorConfig
 from services.base_estimator.service import main
 
@@ -10,6 +10,6 @@ serve(
     BaseEstimatorConfig,
     name="base_estimator",
     package=__package__,
-    clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
+    clock_port=lambda config: ports.name("clock", robot_name(config.robot)),
     never_interrupts=True,
 )

@@ -1,7 +1,7 @@
 """Run the contact detector: ``python -m services.contact_detector``."""
 
 from bus.service import serve
-from robot_model import load_robot, ports
+from robot_model import ports, robot_name
 from services.contact_detector.config import ContactDetectorConfig
 from services.contact_detector.service import main
 
@@ -10,6 +10,6 @@ serve(
     ContactDetectorConfig,
     name="contact_detector",
     package=__package__,
-    clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
+    clock_port=lambda config: ports.name("clock", robot_name(config.robot)),
     never_interrupts=True,
 )

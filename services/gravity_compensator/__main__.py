@@ -1,7 +1,7 @@
 """Run the gravity compensator: ``python -m services.gravity_compensator``."""
 
 from bus.service import serve
-from robot_model import load_robot, ports
+from robot_model import ports, robot_name
 from services.gravity_compensator.config import GravityCompensatorConfig
 from services.gravity_compensator.service import main
 
@@ -10,6 +10,6 @@ serve(
     GravityCompensatorConfig,
     name="gravity_compensator",
     package=__package__,
-    clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
+    clock_port=lambda config: ports.name("clock", robot_name(config.robot)),
     never_interrupts=True,
 )

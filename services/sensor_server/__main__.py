@@ -1,7 +1,7 @@
 """Run the sensor server: ``python -m services.sensor_server``."""
 
 from bus.service import serve
-from robot_model import load_robot, ports
+from robot_model import ports, robot_name
 from services.sensor_server.config import SensorServerConfig
 from services.sensor_server.service import main
 
@@ -10,5 +10,5 @@ serve(
     SensorServerConfig,
     name="sensor_server",
     package=__package__,
-    clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
+    clock_port=lambda config: ports.name("clock", robot_name(config.robot)),
 )

@@ -1,7 +1,7 @@
 """Run the torque observer: ``python -m services.torque_observer``."""
 
 from bus.service import serve
-from robot_model import load_robot, ports
+from robot_model import ports, robot_name
 from services.torque_observer.config import TorqueObserverConfig
 from services.torque_observer.service import main
 
@@ -10,5 +10,5 @@ serve(
     TorqueObserverConfig,
     name="torque_observer",
     package=__package__,
-    clock_port=lambda config: ports.name("clock", load_robot(config.robot)),
+    clock_port=lambda config: ports.name("clock", robot_name(config.robot)),
 )

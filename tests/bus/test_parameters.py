@@ -1,5 +1,7 @@
 """Live settings."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -85,6 +87,19 @@ def test_a_setting_that_went_back_to_the_default_is_saved_too():
     assert changes(parameters) == {"inner": {"gain": 2.0}, "joints": ["a"]}
     parameters.set("inner.gain", 1.0)
     assert changes(parameters) == {"inner": {"gain": 1.0}, "joints": ["a"]}
+
+
+def test_a_node_without_settings_says_so():
+    parameters = Parameters()
+    assert parameters.handle("list") == {} and changes(parameters) == {}
+    with pytest.raises(LookupError, match="unknown parameter 'gain'; there are: none"):
+        parameters.set("gain", 1.0)
+
+
+def test_the_hub_for_which_all_others_wait_starts_without_what_settings_need():
+    told = "import sys, bus.hub; print({'pydantic', 'yaml'} & {*sys.modules})"
+    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
 
 
 def test_layers_of_settings_lie_over_each_other(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from robot_model import DescriptionError, load_robot
+from robot_model import DescriptionError, load_robot, robot_name
 
 DATA = Path(__file__).parent / "data"
 
@@ -75,6 +75,13 @@ def test_a_packaged_robot_that_does_not_exist_is_answered_with_those_that_do():
     assert "unknown robot; did you mean 'icub'?" in refused(load_robot, "icubb")
     assert "there are: icub" in refused(load_robot, "spot-mini-xxl")
     assert "no such description file" in refused(load_robot, "robots/none.yaml")
+
+
+def test_the_name_of_a_robot_is_told_without_its_urdf(tiny, tmp_path):
+    file = tmp_path / "alone.yaml"
+    file.write_text((DATA / "arm.yaml").read_text())
+    assert robot_name(file) == tiny.name
+    assert "unknown robot; did you mean 'icub'?" in refused(robot_name, "icubb")
 
 
 def test_unknown_keys_and_wrong_types_are_named(variant):
