@@ -1,6 +1,7 @@
 """From ``wrenchbus demo`` to the first frame of the robot in a headless Chromium without a GPU."""
 
 import time
+from statistics import median
 from typing import Any
 
 from benchmarks.load import processor_seconds
@@ -11,6 +12,7 @@ SIZE = {"width": 1440, "height": 900}  # px
 PATIENCE = 180_000  # ms
 ROBOT = 30_000  # corners of triangles in a frame: the robot is among them
 TARGET = 10.0  # s
+STARTS = 5
 
 # viser draws all the time; what a frame holds is known when the next one begins
 COUNT_FRAMES = f"""
@@ -34,7 +36,20 @@ LIVE = "document.getElementById('status')?.innerText.startsWith('live')"
 
 
 def run(quick: bool = False) -> list[dict[str, Any]]:
-    """Return the times; the browser is open before the demo is started, as a user's is."""
+    """Return the times, medians of some starts."""
+    starts = [_start() for _ in range(1 if quick else STARTS)]
+    ready, used, shown, moving = (median(times) for times in zip(*starts, strict=True))
+    return [
+        _row("demo: start to the page's address", ready),
+        _row("demo: processor time of all its processes until then", used),
+        _row("page: opened to the second frame with the robot, live", shown),
+        _row("demo: start to the robot moving in the browser", moving, TARGET),
+        _row("the same, slowest start", max(start[-1] for start in starts)),
+    ]
+
+
+def _start() -> tuple[float, float, float, float]:
+    """Start a demo; the browser is open before, as a user's is."""
     with open_browser() as browser:
         page = browser.new_page(viewport=SIZE)  # type: ignore[arg-type]
         page.set_default_timeout(PATIENCE)
@@ -46,12 +61,7 @@ def run(quick: bool = False) -> list[dict[str, Any]]:
             page.goto(url)
             page.wait_for_function(f"{LIVE} && window.framesOfRobot > 1", polling=50)
             shown = time.monotonic() - opened
-    return [
-        _row("demo: start to the page's address", demo.ready_after),
-        _row("demo: processor time of all its processes until then", used),
-        _row("page: opened to the second frame with the robot, live", shown),
-        _row("demo: start to the robot moving in the browser", demo.ready_after + shown, TARGET),
-    ]
+    return demo.ready_after, used, shown, demo.ready_after + shown
 
 
 def _row(name: str, seconds: float, limit: float | None = None) -> dict[str, Any]:
