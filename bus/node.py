@@ -187,7 +187,9 @@ class Node:
         self.ports.check_free(name)
         if stream == "thinned" and rate:
             rate = min(rate, THINNED_HZ)
-        freshness = Freshness(sources or [name], rate or 0.0, self.clock, self._exists)
+        freshness = Freshness(
+            *(sources or [name], rate or 0.0, self.clock, self._exists, self._is_here)
+        )
         port = Input(
             *(self.session, name, message_type, self.directory, waiter, freshness),
             *(sources, depth, rate or 0.0, model, dimensions, max_message, polled, stream),
@@ -330,6 +332,10 @@ class Node:
     def _now(self) -> tuple[int, int]:
         """Return the stamp [ns], and its clock, of what is not derived from a message."""
         return self.lockstep.now() if self.lockstep.enabled else self.clock.now()
+
+    def _is_here(self, name: str, source: bytes) -> bool:
+        owner = self.directory.owner(name)
+        return owner is not None and owner.source == source and owner.owner.host == self.owner.host
 
     def _exists(self, name: str) -> bool:
         return self.directory.leader(name) is not None

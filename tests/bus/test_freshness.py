@@ -127,3 +127,30 @@ def test_a_jump_of_the_writers_clock_makes_nothing_late(jump):
         assert lateness.seconds == 0.0
     lateness.arrived(b"t" * 16, 0, 7 * SECOND)
     assert lateness.seconds == 0.0
+
+
+def test_of_two_writers_that_take_turns_each_has_its_own_usual_delay():
+    lateness = Lateness()
+    for k in range(100):
+        lateness.arrived(b"a" * 16, k * SECOND // 100, k * SECOND // 100)
+        lateness.arrived(b"b" * 16, k * SECOND // 100 - 7 * SECOND, k * SECOND // 100)
+        assert lateness.seconds == 0.0
+    for source, clock in ((b"a" * 16, 0), (b"b" * 16, -7 * SECOND)):
+        lateness.arrived(source, SECOND + clock, 4 * SECOND)
+        assert lateness.seconds == 3.0
+
+
+def test_the_first_message_of_a_new_writer_here_may_have_waited_for_us(monkeypatch):
+    monkeypatch.setattr("time.monotonic_ns", lambda: 50 * SECOND)
+    monkeypatch.setattr("time.time_ns", lambda: 50 * SECOND + OFFSET)
+    here, elsewhere = Lateness(lambda source: True), Lateness()
+    for lateness, expected in ((here, 3.0), (elsewhere, 0.0)):
+        lateness.arrived(b"s" * 16, 47 * SECOND + OFFSET, 50 * SECOND)
+        assert lateness.seconds == expected
+
+
+def test_writers_that_have_gone_are_forgotten():
+    lateness = Lateness()
+    for k in range(100):
+        lateness.arrived(k.to_bytes(16), 0, k)
+    assert len(lateness._usual) == 16
