@@ -83,9 +83,7 @@ class Launcher:
         """
         end = None if seconds is None else time.monotonic() + seconds
         try:
-            if self._has_hub:
-                self.hub.start()
-            self._check()
+            self._start_hub()
             self._take_signals()
             if self._has_hub:
                 await_start(self.hub, self.endpoint, lambda: self._stopping)
@@ -111,6 +109,16 @@ class Launcher:
     def status(self) -> list[dict[str, Any]]:
         """Return one entry per service of this host, as ``wrenchbus status --json`` prints them."""
         return [{**process.status(), "host": self._host} for process in self.processes]
+
+    def _start_hub(self) -> None:
+        """Check while the hub starts; where that refuses, nobody has joined it: it is killed."""
+        if self._has_hub:
+            self.hub.start()
+        try:
+            self._check()
+        except BaseException:
+            self.hub.send(signal.SIGKILL)
+            raise
 
     def _take_signals(self) -> None:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

@@ -103,7 +103,7 @@ def test_data_that_come_late_say_so_and_requests_are_answered_all_the_same(
     cable.delay = 0.3  # s
     eventually(lambda: (seen := stream.ages(0.1)) and seen[-1][0] >= 0.3)
     assert not stream.input.fresh
-    assert "ms late" in stream.input.reason
+    eventually(lambda: stream.ages(0.1) and "ms late" in stream.input.reason)
     far.verb("double", lambda value: 2 * value)
     serving = threading.Thread(
         target=lambda: [far.wait(0.02) for _ in iter(lambda: far.running, False)]

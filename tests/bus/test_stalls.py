@@ -99,7 +99,7 @@ def test_a_slow_reader_keeps_up_with_the_newest_and_counts_what_it_skips(hub, wr
         statistics, passed = inp.statistics, inp._samples.passed - before
         assert statistics.received == 21
         assert statistics.received + passed + statistics.lost == last - first + 1
-        assert passed > 20
+        assert passed > 0
 
 
 def _write_until(out, stopping):
