@@ -132,10 +132,8 @@ class Freshness:
 
     def _age(self) -> float:
         """Seconds since the last message, not counting the time that the clock stood paused."""
-        if self._clock.resumed_at > self._arrival:
-            return (time.monotonic_ns() - self._clock.resumed_at) * 1e-9
         now = self._clock.paused_at or time.monotonic_ns()
-        return (now - self._arrival) * 1e-9
+        return (now - max(self._arrival, self._clock.resumed_at)) * 1e-9
 
     @property
     def reason(self) -> str:

@@ -107,11 +107,16 @@ class Actions:
         self._errands.send(said, self._sim, "push", push, ANSWER, then)
 
     def _tare(self, click: Click) -> None:
-        seconds = self._config.tare_seconds
+        seconds, outcomes = self._config.tare_seconds, list[Outcome]()
+
+        def then(outcome: Outcome) -> None:
+            outcomes.append(outcome)
+            self._report(click, *outcomes)
+
+        self._show(click, f"tare: measuring for {seconds:g} s", GREEN)
         for service in ("torque_observer", "contact_detector"):
             port, limit = ports.rpc(service), seconds / SLOWEST + MEASURING
-            self._send(click, f"tare {service}", port, "tare", {"seconds": seconds}, limit)
-        self._show(click, f"tare: measuring for {seconds:g} s", GREEN)
+            self._errands.send(f"tare {service}", port, "tare", {"seconds": seconds}, limit, then)
 
     def _pause(self, click: Click) -> None:
         if self.frozen:
@@ -164,11 +169,11 @@ class Actions:
 
         self._errands.send(label, port, verb, arguments, timeout, then)
 
-    def _report(self, click: Click, outcome: Outcome) -> None:
-        if outcome.error is not None:
-            self._show(click, f"{outcome.label}: {outcome.error}", RED)
-        else:
-            self._show(click, f"{outcome.label}: {_summary(outcome.value)}", GREEN)
+    def _report(self, click: Click, *outcomes: Outcome) -> None:
+        """Show how the calls of a click ended, those that failed first."""
+        ordered = sorted(outcomes, key=lambda outcome: outcome.error is None)
+        failed = ordered[0].error is not None
+        self._show(click, "; ".join(map(_told, ordered)), RED if failed else GREEN)
 
     def _show(self, click: Click, text: str, colour: str) -> None:
         self._panel.result.content = note("result", text, colour)
@@ -177,6 +182,11 @@ class Actions:
             click.client.add_notification(
                 title, text, color="red" if colour == RED else "green", auto_close_seconds=6.0
             )
+
+
+def _told(outcome: Outcome) -> str:
+    said = _summary(outcome.value) if outcome.error is None else outcome.error
+    return f"{outcome.label}: {said}"
 
 
 def _summary(value: Any) -> str:

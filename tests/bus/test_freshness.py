@@ -76,6 +76,16 @@ def test_a_pause_is_not_counted(now):
     assert not freshness.fresh
 
 
+def test_a_pause_that_follows_another_at_once_is_not_counted_either(now):
+    freshness, clock = stream(now)
+    freshness.arrived(message(now[0], now[0]))
+    clock.resumed_at = round((now[0] + 1.0) * SECOND)
+    clock._paused_at = clock._seen_at = round((now[0] + 1.01) * SECOND)
+    now[0] += 60.0
+    clock._seen_at = round(now[0] * SECOND)
+    assert freshness.fresh
+
+
 def test_a_stream_that_was_stale_before_the_pause_stays_stale(now):
     freshness, clock = stream(now)
     freshness.arrived(message(now[0], now[0]))
