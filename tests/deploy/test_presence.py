@@ -68,7 +68,7 @@ def test_wait_waits_for_a_hub_at_a_certain_endpoint_too(monkeypatch, capsys):
     arguments = ["wait", "hub", "--timeout", "60", "--connect", endpoint]
     waiter = threading.Thread(target=lambda: statuses.append(run(arguments)))
     waiter.start()
-    time.sleep(0.5)  # several looks in vain
+    waiter.join(0.5)  # several looks in vain; at once when it gives up
     assert waiter.is_alive()
     _, hub = start_hub(endpoint)
     try:
